@@ -1,0 +1,3 @@
+"""Bodies: elements, materials and their assembly into PETSc matrices."""
+
+from fem import petsc as petsc

@@ -1,0 +1,1 @@
+"""Geometry without PETSc: meshes, their generators, reading and writing."""

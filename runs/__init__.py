@@ -1,0 +1,1 @@
+"""Scenes, the command line and the pictures."""

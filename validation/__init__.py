@@ -1,0 +1,1 @@
+"""Problems with known answers, and what the program makes of them."""

@@ -1,0 +1,1 @@
+"""The catalogue: one function a case."""

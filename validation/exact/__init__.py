@@ -1,0 +1,1 @@
+"""Closed-form solutions; they share no code with what they judge."""
