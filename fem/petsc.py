@@ -14,8 +14,8 @@ with suppress(ImportError):
     import dolfinx_solver  # noqa: F401  the wheel orders MPI ahead of petsc4py, so it comes first
 try:
     import petsc4py
-except ImportError as error:
-    raise ImportError(HOW_TO_GET_PETSC) from error
+except ImportError:
+    raise ImportError(HOW_TO_GET_PETSC) from None
 
 
 def initialise(options: Sequence[str] = ()) -> None:

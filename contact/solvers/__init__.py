@@ -1,0 +1,1 @@
+"""Contact methods: one file each, one signature."""

@@ -1,0 +1,102 @@
+"""The contact problem that every method solves, and what a method returns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+class Delassus(Protocol):
+    """W = H A⁻¹ Hᵀ, symmetric and positive semidefinite, given by its columns."""
+
+    @property
+    def size(self) -> int:
+        """The number c of constraints."""
+
+    def columns(self, rows: Ints) -> Floats:
+        """W[:, rows], shape (c, len(rows)) [m/N]; collective on the bodies' communicator."""
+
+
+class DenseDelassus:
+    """A Delassus operator whose entries are known."""
+
+    def __init__(self, W: Floats) -> None:
+        self.W = W
+
+    @property
+    def size(self) -> int:
+        """The number c of constraints."""
+        return len(self.W)
+
+    def columns(self, rows: Ints) -> Floats:
+        """W[:, rows]."""
+        return self.W[:, rows]
+
+
+@dataclass(frozen=True)
+class Primal:
+    """The finite-element side of a contact problem: one block per deformable body.
+
+    A[b] is the iteration matrix (n_b, n_b) and H[b] the rows of H on that body (c, n_b), both PETSc matrices,
+    so that W = Σ_b H[b] A[b]⁻¹ H[b]ᵀ. The methods `kkt` and `vi-primal` need it.
+    """
+
+    A: list[Any]
+    H: list[Any]
+
+
+@dataclass(frozen=True)
+class ContactProblem:
+    """Find λ and α with 0 ≤ δ = W λ + G α + δ_f ⊥ λ ≥ 0 and Gᵀλ + r = 0.
+
+    Parameters
+    ----------
+    W : the Delassus operator, (c, c) [m/N]
+    q : the free gaps δ_f, (c) [m]
+    G : H R, the gaps' rates along the rigid modes that no support holds, (c, m); None where every body is held
+    r : Rᵀb, the load on those modes, (m)
+    primal : the matrices behind W, where there are any
+    """
+
+    W: Delassus
+    q: Floats
+    G: Floats | None = None
+    r: Floats | None = None
+    primal: Primal | None = None
+
+
+@dataclass(frozen=True)
+class Solution:
+    """What a method found.
+
+    `lam` (c) [N], `alpha` (m) amplitudes of the rigid modes, `gap` = W λ + G α + δ_f (c) [m] where the method formed it;
+    `iterations` as the method counts them, `details` its further counts (factorisations, columns, changes of status …).
+    """
+
+    lam: Floats
+    alpha: Floats
+    gap: Floats
+    iterations: int
+    details: dict[str, float] = field(default_factory=dict)
+
+
+Method = Callable[..., Solution]
+
+
+class ContactNotConvergedError(RuntimeError):
+    """A method stopped before its residual was small."""
+
+    def __init__(self, reason: str, iterations: int, residual: float) -> None:
+        super().__init__(f"not converged after {iterations} iterations: {reason} (residual {residual:.3g})")
+        self.reason, self.iterations, self.residual = reason, iterations, residual
+
+
+class InfeasibleError(RuntimeError):
+    """No λ ≥ 0 balances the load, or no position satisfies the constraints."""
