@@ -25,10 +25,20 @@ class Delassus(Protocol):
 
 
 class DenseDelassus:
-    """A Delassus operator whose entries are known."""
+    """A Delassus operator whose entries are all known.
+
+    Parameters
+    ----------
+    W : (c, c) [m/N]; its symmetric part is taken, `noise` is the largest |Wᵢⱼ − Wⱼᵢ| over √(Wᵢᵢ Wⱼⱼ)
+    """
 
     def __init__(self, W: Floats) -> None:
-        self.W = W
+        W = np.array(W, float)
+        root = np.sqrt(np.abs(np.diag(W)))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            skew = np.abs(W - W.T) / root / root[:, None]
+        self.noise = float(np.nan_to_num(skew, nan=0.0).max(initial=0.0))
+        self.W: Floats = (W + W.T) / 2
 
     @property
     def size(self) -> int:
@@ -37,7 +47,7 @@ class DenseDelassus:
 
     def columns(self, rows: Ints) -> Floats:
         """W[:, rows]."""
-        return self.W[:, rows]
+        return self.W[rows].T
 
 
 @dataclass(frozen=True)
@@ -89,13 +99,16 @@ class Solution:
 
 Method = Callable[..., Solution]
 
+# The complementarity residual, relative to ℓ, above which no method may say that it has solved a problem.
+SOLVED = 1e-9
+
 
 class ContactNotConvergedError(RuntimeError):
-    """A method stopped before its residual was small."""
+    """A method stopped before its residual was small; `lam` is what it had reached, None where it had nothing."""
 
-    def __init__(self, reason: str, iterations: int, residual: float) -> None:
+    def __init__(self, reason: str, iterations: int, residual: float, lam: Floats | None = None) -> None:
         super().__init__(f"not converged after {iterations} iterations: {reason} (residual {residual:.3g})")
-        self.reason, self.iterations, self.residual = reason, iterations, residual
+        self.reason, self.iterations, self.residual, self.lam = reason, iterations, residual, lam
 
 
 class InfeasibleError(RuntimeError):

@@ -1,0 +1,73 @@
+"""The certificate of a step: residuals recomputed from the forces and the distances of its final state."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contact.system import Linearisation, System
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """What each residual of a certificate may be at most."""
+
+    complementarity: float = 1e-8
+    equilibrium: float = 1e-8
+    surface_error: float = 1e-3
+    penetration: float = 1e-3
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """Scale-free residuals of a state with contact forces λ and true gaps δ.
+
+    complementarity : max|min(D_i λ_i, δ_i)| / ℓ with ℓ = max(max(−δ_f)₊, max|δ − δ_f|, 1e-12 × size), D = diag W
+    equilibrium : the worst body's ‖f_int − f_ext − Hᵀλ‖ / (‖f_int‖ + ‖f_ext‖ + ‖Hᵀλ‖)
+    surface_error : the largest |δ_i| where λ_i > 0, over the bodies' size
+    penetration : the deepest −δ_i, over the bodies' size
+    """
+
+    complementarity: float
+    equilibrium: float
+    surface_error: float
+    penetration: float
+
+    def within(self, tolerances: Tolerances) -> bool:
+        """Whether every residual is finite and at most its tolerance."""
+        limits = asdict(tolerances)
+        return all(value <= limits[name] for name, value in asdict(self).items())
+
+
+def certify(system: System, lin: Linearisation, lam: Floats, free_gaps: Floats) -> Certificate:
+    """The certificate of the system's present state with forces `lam` on all constraints. Collective.
+
+    `free_gaps` are δ_f on all constraints. W_ii = 0 (rigid bodies only) is replaced by ℓ / max λ, so that a force on an
+    open gap shows there too.
+    """
+    size = max((body.size for body in system.bodies), default=1.0)
+    contact_forces = [(body, lin.free[body].T @ lam) for body in system.bodies]
+    with system.clock("detect"):
+        gaps = np.concatenate([np.empty(0), *[pair.gaps() for pair in system.pairs]])
+    rows = np.flatnonzero(lin.movable)
+    delta, lam, start = gaps[rows], lam[rows], np.minimum(free_gaps[rows], gaps[rows])
+    active = np.flatnonzero(lam > 0)
+    length = max(float(np.max(-start, initial=0.0)), float(np.max(np.abs(delta - free_gaps[rows])[active], initial=0.0)))
+    length = max(length, 1e-12 * size)
+    D = np.zeros(len(rows))
+    if active.size:
+        W_ii = lin.W.diagonal(np.searchsorted(lin.rows, rows[active]))
+        D[active] = np.maximum(W_ii, length / lam.max())
+    complementarity = float(np.max(np.abs(np.minimum(D * lam, delta)), initial=0.0)) / length
+    with system.clock("assemble"):
+        equilibrium = max((body.imbalance(forces) for body, forces in contact_forces), default=0.0)
+    return Certificate(
+        complementarity,
+        equilibrium,
+        float(np.max(np.abs(delta[active]), initial=0.0)) / size,
+        float(np.max(-delta, initial=0.0)) / size,
+    )

@@ -1,0 +1,43 @@
+"""Seconds per phase of a step."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from time import perf_counter
+
+PHASES = ("assemble", "factor", "detect", "delassus", "solve", "output")
+
+
+class Clock:
+    """Adds up the time spent in each phase; a phase entered inside another interrupts it, so that their sum is the whole."""
+
+    def __init__(self) -> None:
+        self.seconds = dict.fromkeys(PHASES, 0.0)
+        self._running: list[str] = []
+        self._since = self._start = perf_counter()
+
+    @contextmanager
+    def __call__(self, phase: str) -> Iterator[None]:
+        """Count the time of the ``with`` block as `phase`."""
+        self._charge()
+        self._running.append(phase)
+        try:
+            yield
+        finally:
+            self._charge()
+            self._running.pop()
+
+    def _charge(self) -> None:
+        now = perf_counter()
+        if self._running:
+            self.seconds[self._running[-1]] += now - self._since
+        self._since = now
+
+    def lap(self) -> dict[str, float]:
+        """Seconds per phase and `total` (wall time without output) since the last lap; starts anew."""
+        now = perf_counter()
+        lap = {**self.seconds, "total": now - self._start - self.seconds["output"]}
+        self.seconds = dict.fromkeys(PHASES, 0.0)
+        self._start = now
+        return lap

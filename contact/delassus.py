@@ -1,0 +1,85 @@
+"""The Delassus operator W = Σ_b H_b A_b⁻¹ H_bᵀ, formed by KSP solves on the columns of Hᵀ that the contact asks for."""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from fem.body import Body
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+BLOCK_BYTES = 256 * 2**20
+
+
+class CompliantDelassus:
+    """W by columns, each solved for at most once.
+
+    Parameters
+    ----------
+    H : for each deformable body its columns of H, (c, owned), zero where displacements are prescribed
+
+    Columns are solved in blocks whose right-hand sides stay below 256 MiB a body, reduced over the ranks, and kept.
+    """
+
+    def __init__(self, H: dict[Body, sp.csr_array], size: int) -> None:
+        self.H, self.size = H, size
+        self.solved = 0
+        self._slot = np.full(size, -1)
+        self._kept = np.empty((size, 0), order="F")
+
+    def columns(self, rows: Ints) -> Floats:
+        """W[:, rows], (c, len(rows)) [m/N]. Collective.
+
+        Raises
+        ------
+        ValueError
+            where the columns kept would not fit in half of the machine's memory.
+        """
+        rows = np.asarray(rows, dtype=np.int64)
+        new = np.unique(rows[self._slot[rows] < 0])
+        if new.size:
+            self._reserve(len(new))
+            self._kept[:, self.solved : self.solved + len(new)] = self._solve(new)
+            self._slot[new] = self.solved + np.arange(len(new))
+            self.solved += len(new)
+        result: Floats = self._kept[:, self._slot[rows]]
+        return result
+
+    def _reserve(self, more: int) -> None:
+        need = self.solved + more
+        if need <= self._kept.shape[1]:
+            return
+        width = min(max(need, 2 * self._kept.shape[1], 32), self.size)
+        limit = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2
+        if 8.0 * self.size * need > limit:
+            raise ValueError(
+                f"the Delassus operator needs {need} columns of {self.size} rows, {8e-9 * self.size * need:.3g} GB, "
+                f"more than half of this machine's memory ({limit * 1e-9:.3g} GB)"
+            )
+        kept = np.empty((self.size, width), order="F")
+        kept[:, : self.solved] = self._kept[:, : self.solved]
+        self._kept = kept
+
+    def _solve(self, rows: Ints) -> Floats:
+        W = np.zeros((self.size, len(rows)), order="F")
+        for body, H in self.H.items():
+            comm = body.space.comm
+            touching = np.diff(H.indptr)[rows] > 0
+            mine = rows[comm.allreduce(touching, op=np.logical_or)]
+            where = np.searchsorted(rows, mine)
+            block = max(1, BLOCK_BYTES // (8 * max(body.space.size, 1)))
+            for start in range(0, len(mine), block):
+                part = slice(start, start + block)
+                X = body.solve(H[mine[part]].toarray().T)
+                W[:, where[part]] += comm.allreduce(H @ X)
+        return W
+
+    def diagonal(self, rows: Ints) -> Floats:
+        """W_ii for rows whose columns are kept."""
+        d: Floats = self.columns(rows)[rows, np.arange(len(rows))]
+        return d

@@ -1,0 +1,162 @@
+"""Contact points of a body and the constraints that they form.
+
+A contact point q moves with its body, x_q = X_q + Σ_k N_qk u_k; a constraint i is a weighted mean of gaps, δ_i = Σ_q T_qi g_q.
+Nodal constraints take the gap at each node of a surface; mortar constraints the mean against the hat function ψ_i of each
+vertex, δ_i = ∫ψ_i g ds / ∫ψ_i ds, whose multiplier is the vertex value of a pressure p_h = Σ_i ψ_i λ_i / ∫ψ_i ds.
+On the faces of second-order tetrahedra nodal forces of a uniform pressure vanish at the vertices, so that λ ≥ 0 node by
+node is wrong there: nodal constraints on such faces are refused.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from petsc4py import PETSc
+
+from fem.body import Body
+from fem.elements import order_of, quadrature, shape
+from fem.geometry import map_facets
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class ContactPoints:
+    """q points on this rank that form c constraints on all ranks.
+
+    nodes, values : local nodes (q, k) and N_qk (q, k)
+    rows, shares : the constraints that a point enters (q, r) and T_qi (q, r)
+    places : a node's undeformed position for each constraint, replicated, (c, D) [m]
+    areas : ∫ψ_i ds of each constraint (2πr in axisymmetry), replicated, (c) [m^(dim−1)]
+    """
+
+    body: Body
+    nodes: Ints
+    values: Floats
+    rows: Ints
+    shares: Floats
+    places: Floats
+    areas: Floats
+
+    @property
+    def count(self) -> int:
+        """The number c of constraints."""
+        return len(self.places)
+
+    def positions(self) -> Floats:
+        """Undeformed positions of the points, (q, D) [m]."""
+        return np.einsum("qk,qkd->qd", self.values, self.body.points[self.nodes])
+
+    def displacements(self) -> Floats:
+        """Displacements of the points, (q, D) [m]."""
+        return np.einsum("qk,qkd->qd", self.values, self.body.displacement[self.nodes])
+
+    def mean(self, g: Floats) -> Floats:
+        """Σ_q T_qi g_q for values g at this rank's points, (c, …), summed over the ranks. Collective."""
+        columns = g.reshape(len(g), -1)
+        result = np.zeros((self.count, columns.shape[1]))
+        for r in range(self.rows.shape[1]):
+            np.add.at(result, self.rows[:, r], self.shares[:, r, None] * columns)
+        total: Floats = self.body.space.comm.allreduce(result)
+        return total.reshape(self.count, *g.shape[1:])
+
+    def matrix(self, normals: Floats) -> sp.csr_array:
+        """H with δ = H u + const for unit normals at the points (q, D): the columns of owned unknowns, (c, owned). Collective.
+
+        Points at the border of a rank reach unknowns of its neighbours; PETSc sends those entries to their owners.
+        """
+        space = self.body.space
+        c = space.components
+        along = normals @ self.body.frame.T
+        entries = np.einsum("qr,qk,qc->qrkc", self.shares, self.values, along)
+        dofs = space.dofs_of(self.nodes[..., None]).reshape(len(self.nodes), 1, -1, c)
+        unknowns = np.broadcast_to(space.local_dofs[dofs], entries.shape)
+        rows = np.broadcast_to(self.rows[:, :, None, None], entries.shape)
+        if space.comm.size == 1:
+            return sp.csr_array((entries.ravel(), (rows.ravel(), unknowns.ravel())), shape=(self.count, space.owned))
+        Ht = PETSc.Mat().create(space.comm)
+        Ht.setSizes(((space.owned, space.size), (PETSc.DECIDE, self.count)))
+        Ht.setType("aij")
+        Ht.setPreallocationCOO(unknowns.ravel().astype(PETSc.IntType), rows.ravel().astype(PETSc.IntType))
+        Ht.setValuesCOO(np.ascontiguousarray(entries).ravel())
+        pointer, indices, data = Ht.getValuesCSR()
+        Ht.destroy()
+        return sp.csr_array((data, indices, pointer), shape=(space.owned, self.count)).T.tocsr()
+
+
+def nodal(body: Body, tag: str) -> ContactPoints:
+    """One constraint per node of the facets `tag`. Collective.
+
+    Raises
+    ------
+    ValueError
+        on the faces of second-order tetrahedra, or where the mesh has no such tag.
+    """
+    space, facets = body.space, body.facets(tag)
+    if space.dim == 3 and facets.shape[1] > 3:
+        raise ValueError(f"contact on {body.name!r}: nodal constraints need first-order faces in 3D; use mortar")
+    numbers, mine = _rows(body, facets)
+    nodes = np.unique(facets)
+    rows = np.searchsorted(numbers, space.piece.nodes[nodes])
+    # A node on a border is on several ranks; the lowest of them has its point.
+    holders = space.comm.allgather(rows)
+    taken = np.isin(rows, np.concatenate([np.empty(0, dtype=np.int64), *holders[: space.comm.rank]]))
+    nodes, rows = nodes[~taken], rows[~taken]
+    ones = np.ones((len(nodes), 1))
+    places = _spread(body, len(numbers), rows, body.points[nodes])
+    areas = np.zeros(len(numbers))
+    if space.dim > 1:
+        mapped = map_facets(space.piece.points, facets, 4, body.model.axisymmetric)
+        np.add.at(areas, mine, np.einsum("fq,qa->fa", mapped.weights, mapped.values))
+        areas = space.comm.allreduce(areas)
+    else:
+        areas = np.ones(len(numbers))
+    return ContactPoints(body, nodes[:, None], ones, rows[:, None], ones, places, areas)
+
+
+def mortar(body: Body, tag: str, degree: int = 6) -> ContactPoints:
+    """One constraint per vertex of the facets `tag`, gaps integrated by a rule of the given degree. Collective."""
+    space, facets = body.space, body.facets(tag)
+    dim = space.dim - 1
+    order = order_of(dim, facets.shape[1])
+    vertices = facets[:, : dim + 1]
+    numbers, mine = _rows(body, vertices)
+    mapped = map_facets(space.piece.points, facets, degree, body.model.axisymmetric)
+    xi, _ = quadrature(dim, degree)
+    psi = shape(xi, 1)
+    areas = np.zeros(len(numbers))
+    np.add.at(areas, mine, np.einsum("fq,qa->fa", mapped.weights, psi))
+    areas = space.comm.allreduce(areas)
+    f, q = mapped.weights.shape
+    shares = np.einsum("fq,qa->fqa", mapped.weights, psi) / areas[mine][:, None, :]
+    flat = lambda a, width: np.broadcast_to(a, (f, q, width)).reshape(f * q, width)  # noqa: E731
+    nodes, first = np.unique(vertices, return_index=True)
+    places = _spread(body, len(numbers), mine.ravel()[first], body.points[nodes])
+    return ContactPoints(
+        body,
+        flat(facets[:, None, :], facets.shape[1]),
+        flat(shape(xi, order)[None], facets.shape[1]),
+        flat(mine[:, None, :], dim + 1),
+        shares.reshape(f * q, dim + 1),
+        places,
+        areas,
+    )
+
+
+def _rows(body: Body, nodes: Ints) -> tuple[Ints, Ints]:
+    """The global node numbers that carry constraints, in order, and the constraint of each entry of local `nodes`."""
+    space = body.space
+    numbers = np.unique(np.concatenate(space.comm.allgather(np.unique(space.piece.nodes[nodes]))))
+    return numbers, np.searchsorted(numbers, space.piece.nodes[nodes])
+
+
+def _spread(body: Body, count: int, rows: Ints, values: Floats) -> Floats:
+    """Values of this rank's rows as a replicated array; a row given by several ranks has the same value on each."""
+    result = np.full((count, values.shape[1]), -np.inf)
+    result[rows] = values
+    total: Floats = body.space.comm.allreduce(result, op=np.maximum)
+    return total

@@ -1,0 +1,106 @@
+"""A file for HDF5 to write on that stays readable whenever the process is killed.
+
+HDF5 gives no such promise by itself: a flush rewrites an index's root before the nodes that it now points to, and
+states the file's new length before the file has it. Between two such writes a kill loses a data set, or the file.
+The order of the writes is the remedy, and it can be chosen, because h5py accepts any file-like object.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+
+class OrderedFile:
+    """A new file for ``h5py.File(OrderedFile(path), "w")``, each flush in an order that no kill can hurt.
+
+    Bytes beyond the end of the last flush are referred to by nothing yet: they are written at once. Bytes inside it are
+    held until the flush, which makes the file as long as HDF5 wants it, then writes the superblock, then index nodes
+    from the root downwards, so that every reference leads to what is already there. This relies on space never being
+    freed: the writer only ever extends data sets.
+
+    Parameters
+    ----------
+    path : Path
+        The file, created or emptied.
+
+    Raises
+    ------
+    ValueError
+        If the file cannot be written.
+    """
+
+    def __init__(self, path: Path) -> None:
+        try:
+            self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o666)
+        except OSError as error:
+            raise ValueError(f"{path}: cannot be written ({error.strerror})") from None
+        self._position = 0
+        self._length = 0  # as HDF5 wants it; the file has it from the next flush on
+        self._flushed = 0
+        self._held: dict[int, bytes] = {}
+
+    def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
+        """Move to `offset` from the beginning or (`whence` ``SEEK_END``) from the end of the file."""
+        self._position = offset + (self._length if whence == os.SEEK_END else 0)
+        return self._position
+
+    def tell(self) -> int:
+        """Position of the next read or write [bytes]."""
+        return self._position
+
+    def read(self, size: int) -> bytes:
+        """`size` bytes at the position, those held included."""
+        data = bytearray(size)
+        self.readinto(memoryview(data))
+        return bytes(data)
+
+    def readinto(self, buffer: memoryview) -> int:
+        """Fill `buffer` from the position, with zeros where nothing was written."""
+        start, size = self._position, len(buffer)
+        found = os.preadv(self._descriptor, [buffer], start)
+        buffer[found:] = bytes(size - found)
+        for address, held in self._held.items():
+            low, high = max(start, address), min(start + size, address + len(held))
+            if low < high:
+                buffer[low - start : high - start] = held[low - address : high - address]
+        return size
+
+    def write(self, data: memoryview) -> int:
+        """Write `data` at the position, or hold it until the flush where the file already had these bytes."""
+        if self._position >= self._flushed:
+            self._write_at(self._position, data)
+            self._length = max(self._length, self._position + len(data))
+        else:
+            self._held.pop(self._position, None)  # later writes shadow earlier ones, so the order of arrival is kept
+            self._held[self._position] = bytes(data)
+        return len(data)
+
+    def truncate(self, size: int) -> int:
+        """Take note of the file's length [bytes]; the file never gets shorter."""
+        self._length = max(self._length, size)
+        return size
+
+    def flush(self) -> None:
+        """Write what is held: the length, the superblock, index nodes by falling level, everything else."""
+        os.ftruncate(self._descriptor, self._length)
+        for address in sorted(self._held, key=lambda address: (address != 0, -_level(self._held[address]))):
+            self._write_at(address, self._held[address])
+        self._held.clear()
+        self._flushed = self._length
+
+    def close(self) -> None:
+        """Flush and close the file."""
+        self.flush()
+        os.close(self._descriptor)
+
+    def _write_at(self, address: int, data: bytes | memoryview) -> None:
+        rest = memoryview(data)
+        while len(rest):
+            written = os.pwrite(self._descriptor, rest, address)
+            rest, address = rest[written:], address + written
+
+
+def _level(data: bytes) -> int:
+    """Height of a version 1 B-tree's node (HDF5 File Format Specification, III.A.1), 0 for leaves and all else."""
+    return data[5] if data.startswith(b"TREE") else 0

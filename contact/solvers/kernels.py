@@ -1,0 +1,212 @@
+"""The two loops that whole-array numpy cannot express, compiled."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from contact.solvers.problem import Floats, Ints
+
+DONE, WANTED, INFEASIBLE, STALLED = 0, 1, 2, 3
+_MATHS = {"reassoc", "contract", "nnan", "nsz"}
+
+
+@njit(cache=True, fastmath=_MATHS)
+def remove(U: Floats, n: int, k: int) -> None:
+    """Take row and column k out of the n rows of W = UᵀU: drop U's column k and rotate its trailing rows back."""
+    w = U[k, k + 1 : n].copy()
+    for j in range(k):
+        U[j, k : n - 1] = U[j, k + 1 : n]
+    for j in range(k, n - 1):
+        U[j, j : n - 1] = U[j + 1, j + 1 : n]
+    for j in range(n - 1 - k):
+        row = U[k + j, k + j : n - 1]
+        r = np.hypot(row[0], w[j])
+        cosine, sine = row[0] / r, w[j] / r
+        for i in range(len(row)):
+            a, b = row[i], w[j + i]
+            row[i] = cosine * a + sine * b
+            w[j + i] = cosine * b - sine * a
+
+
+@njit(cache=True, fastmath=_MATHS)
+def solve_transposed(U: Floats, n: int, b: Floats) -> None:
+    """b ← U⁻ᵀ b."""
+    for j in range(n):
+        b[j] /= U[j, j]
+        for i in range(j + 1, n):
+            b[i] -= b[j] * U[j, i]
+
+
+@njit(cache=True, fastmath=_MATHS)
+def solve_upper(U: Floats, n: int, b: Floats) -> None:
+    """b ← U⁻¹ b."""
+    for j in range(n - 1, -1, -1):
+        total = b[j]
+        for i in range(j + 1, n):
+            total -= U[j, i] * b[i]
+        b[j] = total / U[j, j]
+
+
+@njit(cache=True, fastmath=_MATHS)
+def ratio_tested(
+    columns: Floats,
+    slot: Ints,
+    q: Floats,
+    lam: Floats,
+    delta: Floats,
+    order: Ints,
+    U: Floats,
+    active: Ints,
+    peak: Floats,
+    state: Ints,
+    tolerance: float,
+    pivot: float,
+    noise: float,
+    limit: int,
+) -> int:
+    """Active-set loop for 0 ≤ δ = Wλ + q ⊥ λ ≥ 0 with a ratio test: λ ≥ 0 throughout, ½λᵀWλ + qᵀλ decreases.
+
+    (1) On the active rows the minimiser is found; the first multiplier that reaches zero on the way leaves.
+    (2) The gaps of all rows are formed. (3) The most violated row enters; where it depends on the active ones (a pivot
+    below `pivot` Wⱼⱼ), λ first moves along the null direction until another row leaves, and where none does the
+    dual objective is unbounded: no position satisfies the constraints.
+
+    Parameters
+    ----------
+    columns, slot : formed columns of W and where each row's is, as in `FormedColumns`
+    lam, delta : (c), from the support `order[:n]`; overwritten
+    order, U : the active rows and the upper Cholesky factor of W on them
+    active : (c) 1 on active rows, −1 on those that left again at once and wait for the next progress
+    peak : (c) maxᵢ |Wᵢⱼ| of active columns
+    state : n, the row that enters next or −1, iterations, departures
+    noise : relative error of W's entries, [-]
+    limit : on the iterations
+
+    Returns
+    -------
+    DONE, or WANTED: column `state[1]` (or room in U) is needed, call again; INFEASIBLE; STALLED at the limit.
+
+    Source: Lawson & Hanson, Solving Least Squares Problems (1974), ch. 23; Goldfarb & Idnani, Math. Program. 27 (1983).
+    """
+    c, n, enter, newest = len(q), state[0], state[1], -1
+    reach = max(0.0, -q.min())
+    while True:
+        refined = 0
+        while enter < 0:
+            # (1) δ = 0 on the active rows, from the gaps left there: this also refines λ
+            while n > 0:
+                state[2] += 1
+                step = -delta[order[:n]]
+                solve_transposed(U, n, step)
+                solve_upper(U, n, step)
+                alpha, k = 1.0, -1
+                for i in range(n):
+                    if lam[order[i]] + alpha * step[i] < 0:
+                        alpha, k = max(0.0, -lam[order[i]] / step[i]), i
+                for i in range(n):
+                    lam[order[i]] = max(0.0, lam[order[i]] + alpha * step[i])
+                    delta[order[i]] *= 1 - alpha
+                if alpha > 0 and newest >= 0:
+                    newest = -1
+                    for i in range(c):
+                        active[i] = max(active[i], 0)
+                if k < 0:
+                    break
+                gone = order[k]
+                active[gone] = -1 if gone == newest else 0
+                lam[gone] = 0.0
+                remove(U, n, k)
+                order[k : n - 1] = order[k + 1 : n]
+                n -= 1
+                state[3] += 1
+            # (2)
+            delta[:] = q
+            uncertain = 0.0
+            for i in range(n):
+                column, x = columns[slot[order[i]]], lam[order[i]]
+                for j in range(c):
+                    delta[j] += x * column[j]
+                uncertain += x * peak[order[i]]
+            scale = reach
+            for i in range(c):
+                scale = max(scale, abs(delta[i] - q[i]))
+            small = max(tolerance * scale, noise * uncertain)
+            left = 0.0
+            for i in range(n):
+                left = max(left, abs(delta[order[i]]))
+            if left > small and refined < 3:
+                refined += 1
+                continue
+            # (3)
+            worst = -small
+            for i in range(c):
+                if active[i] == 0 and delta[i] < worst:
+                    worst, enter = delta[i], i
+            if enter < 0:
+                state[0], state[1] = n, -1
+                return DONE
+        if slot[enter] < 0 or n == len(U):
+            state[0], state[1] = n, enter
+            return WANTED
+        if state[2] > limit:
+            state[0], state[1] = n, -1
+            return STALLED
+        column = columns[slot[enter]]
+        diagonal = column[enter]
+        while True:
+            border = column[order[:n]]
+            solve_transposed(U, n, border)
+            square = diagonal
+            for i in range(n):
+                square -= border[i] * border[i]
+            if square > pivot * diagonal:
+                break
+            null = -border
+            solve_upper(U, n, null)
+            alpha, k, size = np.inf, -1, abs(q[enter])
+            for i in range(n):
+                row = order[i]
+                size += abs(q[row] * null[i])
+                weight = np.sqrt(columns[slot[row], row])
+                if null[i] * weight < -1e-10 * np.sqrt(diagonal) and lam[row] < -alpha * null[i]:
+                    alpha, k = -lam[row] / null[i], i
+            if k < 0:
+                if -delta[enter] > 1e-11 * size:
+                    return INFEASIBLE
+                break
+            lam[enter] += alpha
+            for i in range(n):
+                lam[order[i]] = max(0.0, lam[order[i]] + alpha * null[i])
+            gone = order[k]
+            active[gone] = 0
+            lam[gone] = 0.0
+            remove(U, n, k)
+            order[k : n - 1] = order[k + 1 : n]
+            n -= 1
+            state[3] += 1
+        if square > pivot * diagonal:
+            U[:n, n] = border
+            U[n, n] = np.sqrt(square)
+            order[n] = enter
+            active[enter] = 1
+            peak[enter] = np.max(np.abs(column))
+            newest = enter
+            n += 1
+        else:
+            # consistent with the active rows to rounding: there is nothing that it could add
+            active[enter] = -1
+            lam[enter] = 0.0
+        enter = -1
+
+
+@njit(cache=True, fastmath=_MATHS)
+def gauss_seidel(W: Floats, q: Floats, lam: Floats, sweeps: int) -> None:
+    """λᵢ ← max(0, λᵢ − δᵢ/Wᵢᵢ), row after row, `sweeps` times; overwrites `lam`. Rows with Wᵢᵢ = 0 keep their λᵢ."""
+    for _ in range(sweeps):
+        for i in range(len(q)):
+            gap = q[i]
+            for j in range(len(q)):
+                gap += W[i, j] * lam[j]
+            if W[i, i] > 0:
+                lam[i] = max(0.0, lam[i] - gap / W[i, i])

@@ -1,0 +1,348 @@
+"""A deformable body: its unknowns, supports and loads, its iteration matrix and the solver for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any, Literal, Protocol, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from petsc4py import PETSc
+
+from fem.geometry import is_straight, map_cells, map_facets
+from fem.rigid import floating_modes, pin, rigid_modes
+from fem.space import Space
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Field = float | Callable[[Floats, float], Any]
+
+
+class Model(Protocol):
+    """What a body is made of: element matrices and, independently of them, internal forces."""
+
+    @property
+    def axisymmetric(self) -> bool:
+        """Whether x = (r, z)."""
+
+    @property
+    def mixed(self) -> bool:
+        """Whether pressures stand beside the displacements."""
+
+    def stiffness(self, points: Floats, cells: Ints) -> Floats:
+        """Element matrices (m, n, n)."""
+
+    def forces(self, points: Floats, cells: Ints, u: Floats) -> Floats:
+        """Internal forces of cells (m, n) at their unknowns u (m, n)."""
+
+
+@dataclass(frozen=True)
+class Support:
+    """Prescribed displacement: `component` (None: all of them) of the nodes of `tag` follows `value`(x, t) [m]."""
+
+    tag: str
+    component: int | None = None
+    value: Field = 0.0
+
+
+@dataclass(frozen=True)
+class Load:
+    """A force per volume (`body`), a traction (`traction`), a pressure (`pressure`, along −n) or a force on points (`force`).
+
+    `value` is a number for a pressure and one number per component otherwise, or a function (x, t) of them;
+    a `body` load has no tag.
+    """
+
+    kind: Literal["body", "traction", "pressure", "force"]
+    value: Sequence[float] | Field
+    tag: str | None = None
+
+
+class Body:
+    """A linear body: A u = b with A the stiffness matrix, factorised once.
+
+    Parameters
+    ----------
+    name : names it in scenes, messages and records
+    space, model : unknowns and material
+    frame : (components, D), the direction in space of each displacement component; None where they are the axes
+    supports, loads : what holds it and what acts on it
+
+    Attributes
+    ----------
+    u : local unknowns (ghosts included), displacements [m] then pressures [Pa]
+    load : f_ext at the owned unknowns [N]
+    modes : the rigid motions that no support holds, (owned, m)
+
+    deformable : whether it has a matrix A and a solver
+
+    Creating, updating and solving are collective on the body's communicator; close it to destroy its PETSc objects.
+    """
+
+    deformable = True
+
+    def __init__(
+        self,
+        name: str,
+        space: Space,
+        model: Model,
+        supports: Sequence[Support] = (),
+        loads: Sequence[Load] = (),
+        frame: Floats | None = None,
+    ) -> None:
+        self.name, self.space, self.model = name, space, model
+        self.supports, self.loads = list(supports), list(loads)
+        self.frame = np.eye(space.dim) if frame is None else np.asarray(frame, dtype=float)
+        if len(self.frame) != space.components:
+            raise ValueError(f"body {name!r}: frame has {len(self.frame)} directions for {space.components} components")
+        self.u = np.zeros(len(space.local_dofs))
+        self.load = np.zeros(space.owned)
+        self._loaded_at: float | None = None
+        self.fixed = self._fixed()
+        self._R = self.rigid_modes()
+        self.modes = floating_modes(space.comm, self._R, self.fixed)
+        self.pins = pin(space.comm, self.modes)
+        self.A: Any = None
+        self._ksp: Any = None
+
+    def rigid_modes(self) -> Floats:
+        """The motions without strain at the owned unknowns, (owned, m)."""
+        return rigid_modes(self.space, self.model.axisymmetric)
+
+    # --- geometry -------------------------------------------------------------------------------------------------
+
+    @property
+    def points(self) -> Floats:
+        """Undeformed positions of the local nodes in space, (nodes, D) [m]."""
+        X = self.space.piece.points
+        D = self.frame.shape[1]
+        return np.hstack([X, np.zeros((len(X), D - X.shape[1]))])
+
+    @property
+    def displacement(self) -> Floats:
+        """Displacements of the local nodes in space, (nodes, D) [m]."""
+        return self.u[self.space.displacements].reshape(-1, self.space.components) @ self.frame
+
+    @property
+    def size(self) -> float:
+        """The body's largest extent [m]."""
+        X = self.space.piece.points
+        low = self.space.comm.allreduce(X.min(axis=0, initial=np.inf), op=np.minimum)
+        high = self.space.comm.allreduce(X.max(axis=0, initial=-np.inf), op=np.maximum)
+        return float((high - low).max())
+
+    def facets(self, tag: str) -> Ints:
+        """Local nodes of the facets that carry `tag` on this rank, (f, k)."""
+        if tag not in self.space.piece.facets:
+            known = ", ".join(sorted(self.space.piece.facets)) or "none"
+            raise ValueError(f"body {self.name!r}: its mesh has no tag {tag!r} (it has: {known})")
+        return self.space.piece.facets[tag]
+
+    # --- supports and loads ---------------------------------------------------------------------------------------
+
+    def _support_dofs(self, support: Support) -> tuple[Ints, Ints]:
+        nodes = np.unique(self.facets(support.tag))
+        c = self.space.components
+        if support.component is not None and not 0 <= support.component < c:
+            raise ValueError(f"body {self.name!r}: support on {support.tag!r} has no component {support.component}")
+        parts = np.arange(c) if support.component is None else np.array([support.component])
+        return nodes, c * nodes[:, None] + parts
+
+    def _fixed(self) -> NDArray[np.bool_]:
+        marks = np.zeros(len(self.space.local_dofs))
+        for support in self.supports:
+            marks[self._support_dofs(support)[1].ravel()] = 1
+        return self.space.sum(marks) > 0
+
+    def _prescribe(self, t: float) -> None:
+        if not self.supports:
+            return
+        values, marks = np.zeros_like(self.u), np.zeros_like(self.u)
+        for support in self.supports:
+            nodes, dofs = self._support_dofs(support)
+            value = _evaluate(support.value, self.space.piece.points[nodes], t, dofs.shape[1])
+            values[dofs], marks[dofs] = value, 1
+        total, count = self.space.sum(values), self.space.sum(marks)
+        owned = np.where(count > 0, total / np.maximum(count, 1), self.owned(self.u))
+        self.u = self.space.local(owned)
+
+    def _external(self, t: float) -> Floats:
+        space, piece, c = self.space, self.space.piece, self.space.components
+        f = np.zeros(len(space.local_dofs))
+        degree = 2 if len(piece.cells) and is_straight(piece.points, piece.cells) else 4
+        for load in self.loads:
+            if load.kind == "force":
+                nodes = np.unique(self.facets(load.tag or ""))
+                share = self._point_share(nodes)
+                values = _evaluate(load.value, piece.points[nodes], t, c) * share[:, None]
+                dofs = space.dofs_of(nodes[:, None])
+                np.add.at(f, dofs.ravel(), values.ravel())
+                continue
+            if load.kind == "body":
+                nodes, mapped = piece.cells, map_cells(piece.points, piece.cells, max(degree, 4), self.model.axisymmetric)
+                values = _evaluate(load.value, mapped.points.reshape(-1, space.dim), t, c)
+            else:
+                nodes = self.facets(load.tag or "")
+                mapped_facets = map_facets(piece.points, nodes, 10, self.model.axisymmetric)
+                mapped = mapped_facets  # type: ignore[assignment]
+                at = mapped_facets.points.reshape(-1, space.dim)
+                if load.kind == "pressure":
+                    values = -_evaluate(load.value, at, t, 1) * mapped_facets.normals.reshape(-1, space.dim)
+                else:
+                    values = _evaluate(load.value, at, t, c)
+            values = values.reshape(*mapped.weights.shape, c)
+            local = np.einsum("mq,qa,mqc->mac", mapped.weights, mapped.values, values, optimize=True)
+            f += np.bincount(space.dofs_of(nodes).ravel(), local.ravel(), minlength=len(f))
+        return space.sum(f)
+
+    def _point_share(self, nodes: Ints) -> Floats:
+        """One over the number of ranks that hold each node, so that a force on points is counted once."""
+        marks = np.zeros(len(self.space.local_dofs))
+        marks[self.space.dofs_of(nodes[:, None]).ravel()] = 1
+        count = self.space.local(self.space.sum(marks))
+        share: Floats = 1 / count[self.space.components * nodes]
+        return share
+
+    def update(self, t: float) -> None:
+        """Set the prescribed displacements and the loads of time t [s]."""
+        self._prescribe(t)
+        if self.loads and self._loaded_at != t:
+            self.load = self._external(t)
+            self._loaded_at = t
+
+    # --- forces and solves ----------------------------------------------------------------------------------------
+
+    def owned(self, local: Floats) -> Floats:
+        """The entries of a local vector that this rank owns."""
+        first, mine = self.space.first, self.space.local_dofs - self.space.first
+        owned = np.empty(self.space.owned)
+        inside = (self.space.local_dofs >= first) & (mine < self.space.owned)
+        owned[mine[inside]] = local[inside]
+        return owned
+
+    def internal_forces(self) -> Floats:
+        """f_int(u) at the owned unknowns [N], from the stresses of the cells and not from A."""
+        piece = self.space.piece
+        return self.space.sum_cells(self.model.forces(piece.points, piece.cells, self.u[self.space.cell_dofs]))
+
+    def residual(self) -> Floats:
+        """f_ext − f_int(u) at the owned unknowns, zero where displacements are prescribed."""
+        return np.where(self.fixed, 0.0, self.load - self.internal_forces())
+
+    @property
+    def held(self) -> NDArray[np.bool_]:
+        """Owned unknowns that A does not move: the prescribed ones and the pins of a floating body."""
+        held = self.fixed.copy()
+        held[self.pins] = True
+        return held
+
+    def imbalance(self, contact: Floats) -> float:
+        """‖f_int − f_ext − Hᵀλ‖ over the free unknowns / (‖f_int‖ + ‖f_ext‖ + ‖Hᵀλ‖), for contact forces Hᵀλ. Collective."""
+        inner = self.internal_forces()
+        rest = np.where(self.fixed, 0.0, inner - self.load - contact)
+        return self._ratio(rest, inner, self.load, contact)
+
+    def _ratio(self, rest: Floats, *forces: Floats) -> float:
+        squares = self.space.comm.allreduce(np.array([v @ v for v in (rest, *forces)]))
+        rest_norm, *norms = np.sqrt(squares)
+        return float(rest_norm / sum(norms)) if sum(norms) > 0 else 0.0
+
+    def assemble(self) -> None:
+        """Form A: the stiffness matrix with unit rows where displacements are prescribed or pinned."""
+        piece = self.space.piece
+        self.A = self.space.sum_matrices(self.model.stiffness(piece.points, piece.cells))
+        rows = (self.space.first + np.flatnonzero(self.held)).astype(PETSc.IntType)
+        diagonal = self.A.getDiagonal()
+        scale = diagonal.norm(PETSc.NormType.NORM_INFINITY) or 1.0
+        diagonal.destroy()
+        self.A.zeroRowsColumns(rows, diag=scale)
+        if not self.model.mixed:
+            self.A.setOption(PETSc.Mat.Option.SPD, True)
+        basis = [self._vec(column) for column in self._R.T]
+        near = PETSc.NullSpace().create(vectors=_orthonormal(basis), comm=self.space.comm)
+        self.A.setNearNullSpace(near)
+        near.destroy()
+        for v in basis:
+            v.destroy()
+
+    def factor(self) -> None:
+        """Set up the KSP for A: a direct factorisation, or what the options ``-free_ksp_…`` ask for."""
+        ksp = PETSc.KSP().create(self.space.comm)
+        ksp.setOptionsPrefix("free_")
+        ksp.setOperators(self.A)
+        ksp.setType(PETSc.KSP.Type.PREONLY)
+        pc = ksp.getPC()
+        pc.setType(PETSc.PC.Type.CHOLESKY)
+        pc.setFactorSolverType(PETSc.Mat.SolverType.MUMPS)
+        # The prefix is shared by all bodies: users set options for 'the free motion', not for one of its blocks.
+        ksp.setTolerances(rtol=1e-12, max_it=10_000)
+        ksp.setFromOptions()
+        if pc.getType() == PETSc.PC.Type.CHOLESKY and pc.getFactorSolverType() == PETSc.Mat.SolverType.MUMPS:
+            pc.setFactorSetUpSolverType()
+            pc.getFactorMatrix().setMumpsIcntl(7, 5)  # METIS: fill far below that of minimum degree in 3D
+        ksp.setErrorIfNotConverged(True)
+        ksp.setUp()
+        self._ksp = ksp
+
+    def solve(self, B: Floats) -> Floats:
+        """X = A⁻¹ B for a block of right-hand sides at the owned unknowns, (owned, k). Collective."""
+        k = B.shape[1]
+        sizes = ((self.space.owned, self.space.size), (PETSc.DECIDE, k))
+        B = np.asfortranarray(np.where(self.held[:, None], 0.0, B))
+        rhs = PETSc.Mat().createDense(sizes, array=B, comm=self.space.comm)
+        X = PETSc.Mat().createDense(sizes, comm=self.space.comm)
+        X.setUp()
+        rhs.assemble()
+        try:
+            self._ksp.matSolve(rhs, X)
+            result: Floats = np.array(X.getDenseArray(), order="F")
+        finally:
+            rhs.destroy()
+            X.destroy()
+        return result
+
+    def free_motion(self) -> None:
+        """u ← u + A⁻¹ (f_ext − f_int(u)): the motion without contact, up to the rigid modes of a floating body."""
+        self.correct(self.solve(self.residual()[:, None])[:, 0])
+
+    def correct(self, increment: Floats) -> None:
+        """Add an increment, given at the owned unknowns."""
+        self.u += self.space.local(increment)
+
+    def _vec(self, owned: Floats) -> Any:
+        v = PETSc.Vec().createMPI((self.space.owned, self.space.size), comm=self.space.comm)
+        v.array[:] = owned
+        return v
+
+    def close(self) -> None:
+        """Destroy the matrix and the solver. Collective."""
+        for thing in (self._ksp, self.A):
+            if thing is not None:
+                thing.destroy()
+        self._ksp = self.A = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()
+
+
+def _orthonormal(basis: list[Any]) -> list[Any]:
+    """Gram–Schmidt, in place."""
+    for i, v in enumerate(basis):
+        for w in basis[:i]:
+            v.axpy(-v.dot(w), w)
+        v.normalize()
+    return basis
+
+
+def _evaluate(value: Any, points: Floats, t: float, width: int) -> Floats:
+    """`value`(points, t) as an array (points, width)."""
+    result = np.asarray(value(points, t) if callable(value) else value, dtype=float)
+    if result.ndim == 1 and len(result) == len(points) and width == 1:
+        result = result[:, None]
+    return np.broadcast_to(result, (len(points), width))
+

@@ -1,0 +1,152 @@
+"""A finite-element space on a distributed mesh: the numbering of unknowns and the way between cells and PETSc.
+
+An unknown is owned by the rank that owns its node. On a rank the displacements of its nodes come first, node by node,
+then, in the mixed formulation, the pressures of its vertices.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from petsc4py import PETSc
+
+from meshes.mesh import Mesh
+from meshes.partition import split
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+class Space:
+    """Displacements with `components` per node, and one pressure per vertex where `mixed`.
+
+    Collective on `comm`; the mesh is needed on rank 0 only.
+
+    Attributes
+    ----------
+    piece : what this rank holds of the mesh
+    local_dofs : global numbers of the local unknowns, displacements node by node, then pressures
+    cell_dofs : local numbers of each cell's unknowns, (m, n)
+    owned, size : unknowns of this rank and of all
+    """
+
+    def __init__(self, comm: Any, mesh: Mesh | None, components: int, mixed: bool = False) -> None:
+        self.comm = comm.tompi4py() if hasattr(comm, "tompi4py") else comm
+        pieces = split(mesh, self.comm.size) if self.comm.rank == 0 and mesh is not None else None
+        self.piece = self.comm.scatter(pieces)
+        self.components = components
+        piece, c = self.piece, components
+        self.dim = piece.points.shape[1]
+        nodes = len(piece.points)
+        vertices = np.unique(piece.cells[:, : self.dim + 1]) if mixed else np.empty(0, dtype=np.int64)
+        # A vertex that this rank owns may be used only by other ranks' cells, hence the exchange.
+        is_vertex = np.zeros(nodes)
+        is_vertex[vertices] = 1
+        node_scatter = _Scatter(self.comm, piece.owned, piece.nodes)
+        owned_vertices = np.flatnonzero(node_scatter.sum(is_vertex) > 0)
+        self.owned = c * piece.owned + len(owned_vertices)
+        self.first = int(self.comm.exscan(self.owned) or 0)
+        self.size = int(self.comm.allreduce(self.owned))
+        pressure = np.zeros(piece.owned)
+        pressure[owned_vertices] = self.first + c * piece.owned + np.arange(len(owned_vertices))
+        node_dof = node_scatter.local(self.first + c * np.arange(piece.owned, dtype=float)).astype(np.int64)
+        pressure_dof = node_scatter.local(pressure).astype(np.int64)
+        self.node_dofs = node_dof
+        self.local_dofs = np.append((node_dof[:, None] + np.arange(c)).ravel(), pressure_dof[vertices])
+        self.displacements = slice(0, c * nodes)
+        self.cell_dofs = (c * piece.cells[:, :, None] + np.arange(c)).reshape(len(piece.cells), -1)
+        if mixed:
+            position = np.zeros(nodes, dtype=np.int64)
+            position[vertices] = c * nodes + np.arange(len(vertices))
+            self.cell_dofs = np.hstack([self.cell_dofs, position[piece.cells[:, : self.dim + 1]]])
+        self._scatter = _Scatter(self.comm, self.owned, self.local_dofs)
+
+    def local(self, owned: Floats) -> Floats:
+        """The values at all local unknowns, ghosts included, from those at the owned ones. Collective."""
+        return self._scatter.local(owned)
+
+    def sum(self, local: Floats) -> Floats:
+        """The values at owned unknowns, summed over the ranks that hold them. Collective."""
+        return self._scatter.sum(local)
+
+    def sum_cells(self, values: Floats, dofs: Ints | None = None) -> Floats:
+        """Owned sums of cell (or facet) vectors (m, n) given at local unknowns `dofs`. Collective."""
+        dofs = self.cell_dofs if dofs is None else dofs
+        return self.sum(np.bincount(dofs.ravel(), values.ravel(), minlength=len(self.local_dofs)))
+
+    def sum_matrices(self, K: Floats) -> Any:
+        """The global matrix of element matrices K (m, n, n), an AIJ with block size `components`. Collective."""
+        c, cells = self.components, self.piece.cells
+        if self.cell_dofs.shape[1] == c * cells.shape[1]:
+            rows, cols, values = _sum_blocks(K, cells, c)
+        else:
+            n = self.cell_dofs.shape[1]
+            rows, cols, values = np.repeat(self.cell_dofs, n, axis=1).ravel(), np.tile(self.cell_dofs, n).ravel(), K.ravel()
+        A = PETSc.Mat().create(self.comm)
+        A.setSizes(((self.owned, self.size), (self.owned, self.size)))
+        if self.size == c * self.piece.total:
+            A.setBlockSize(c)
+        A.setType("aij")
+        number = self.local_dofs.astype(PETSc.IntType)
+        A.setPreallocationCOO(number[rows], number[cols])
+        A.setValuesCOO(values)
+        A.setOption(PETSc.Mat.Option.SYMMETRIC, True)
+        return A
+
+    def dofs_of(self, nodes: Ints) -> Ints:
+        """Local numbers of the displacements of local `nodes` (…, k), (…, k·components)."""
+        c = self.components
+        return (c * nodes[..., None] + np.arange(c)).reshape(*nodes.shape[:-1], -1)
+
+
+class _Scatter:
+    """Between a distributed vector's owned entries and the local ones that a rank works with."""
+
+    def __init__(self, comm: Any, owned: int, numbers: Ints) -> None:
+        self.alone = comm.size == 1
+        if self.alone:
+            # One rank numbers its own unknowns; only their order differs.
+            self.numbers = numbers
+            return
+        self.distributed = PETSc.Vec().createMPI((owned, None), comm=comm)
+        self.sequential = PETSc.Vec().createSeq(len(numbers))
+        index = PETSc.IS().createGeneral(numbers.astype(PETSc.IntType), comm=PETSc.COMM_SELF)
+        self.scatter = PETSc.Scatter().create(self.distributed, index, self.sequential, None)
+        index.destroy()
+
+    def local(self, owned: Floats) -> Floats:
+        if self.alone:
+            return owned[self.numbers]
+        self.distributed.array[:] = owned
+        self.scatter.scatter(self.distributed, self.sequential)
+        return np.array(self.sequential.array)
+
+    def sum(self, local: Floats) -> Floats:
+        if self.alone:
+            return np.bincount(self.numbers, local, minlength=len(local))
+        self.distributed.set(0.0)
+        self.sequential.array[:] = local
+        self.scatter.scatter(
+            self.sequential, self.distributed, addv=PETSc.InsertMode.ADD_VALUES, mode=PETSc.ScatterMode.REVERSE
+        )
+        return np.array(self.distributed.array)
+
+
+def _sum_blocks(K: Floats, nodes: Ints, c: int) -> tuple[Ints, Ints, Floats]:
+    """Sum element matrices over equal pairs of nodes, so that PETSc sorts each entry of the matrix once, not once a cell."""
+    m, k = nodes.shape
+    count = int(nodes.max(initial=-1)) + 1
+    pairs = (nodes[:, :, None] * count + nodes[:, None, :]).ravel()
+    order = np.argsort(pairs, kind="stable")
+    keys = pairs[order]
+    starts = np.flatnonzero(np.diff(keys, prepend=-1))
+    keys = keys[starts]
+    blocks = K.reshape(m, k, c, k, c).transpose(0, 1, 3, 2, 4).reshape(m * k * k, c * c)
+    gather = sp.csr_array((np.ones(len(order)), order, np.append(starts, len(order))), shape=(len(keys), len(order)))
+    values = gather @ blocks
+    i, j = c * (keys // max(count, 1)), c * (keys % max(count, 1))
+    a, b = np.divmod(np.arange(c * c), c)
+    return (i[:, None] + a).ravel(), (j[:, None] + b).ravel(), values.ravel()

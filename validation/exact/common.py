@@ -1,0 +1,63 @@
+"""What every closed form needs: checks of its parameters, and a product that respects weak singularities."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+
+def finite(**parameters: float) -> None:
+    """Raise ValueError for the first parameter that is not a finite number."""
+    for name, value in parameters.items():
+        if not np.isfinite(value):
+            raise ValueError(f"{name} = {value}: must be a finite number")
+
+
+def positive(**parameters: float) -> None:
+    """Raise ValueError for the first parameter that is not finite and > 0."""
+    finite(**parameters)
+    for name, value in parameters.items():
+        if value <= 0:
+            raise ValueError(f"{name} = {value}: must be > 0")
+
+
+def elastic(*, E: float, nu: float) -> None:
+    """Raise ValueError unless E > 0 and -1 < nu <= 1/2."""
+    positive(E=E)
+    if not -1 < nu <= 0.5:
+        raise ValueError(f"nu = {nu}: must be > -1 and <= 1/2")
+
+
+def slope_angle(**parameters: float) -> None:
+    """Raise ValueError unless every angle [rad] lies in (0, pi/2)."""
+    for name, value in parameters.items():
+        if not 0 < value < np.pi / 2:
+            raise ValueError(f"{name} = {value}: must be an angle in radians between 0 and pi/2")
+
+
+def ascending(**parameters: float) -> None:
+    """Raise ValueError unless the radii given are positive and strictly increasing."""
+    positive(**parameters)
+    names, values = list(parameters), list(parameters.values())
+    for k in range(1, len(values)):
+        if values[k] <= values[k - 1]:
+            raise ValueError(f"{names[k]} = {values[k]}: must be > {names[k - 1]} = {values[k - 1]}")
+
+
+def as_points(points: ArrayLike, *dimensions: int) -> Floats:
+    """Points as a float array (n, d); raises ValueError unless d is one of `dimensions`."""
+    array = np.asarray(points, dtype=float)
+    if array.ndim != 2 or array.shape[1] not in dimensions:
+        allowed = " or ".join(f"(n, {d})" for d in dimensions)
+        raise ValueError(f"points of shape {array.shape}: must be {allowed}")
+    return array
+
+
+def vanishing_product(distance: Floats, factor: NDArray[Any]) -> NDArray[Any]:
+    """distance * factor, and 0 where the distance is 0: the factor's singularity there is weaker than 1/distance."""
+    return np.multiply(distance, factor, out=np.zeros_like(factor), where=distance != 0)

@@ -1,0 +1,172 @@
+"""Press fits of concentric cylinders (plane strain) and spheres, by Lamé's solutions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from validation.exact.common import Floats, as_points, ascending, elastic, positive
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plug:
+    """Rigid cylinder of radius b + δ in a tube b < r < c, free outside, plane strain, no friction.
+
+    u_r = p b²/(2G(c²−b²)) [(1−2ν) r + c²/r], p from u_r(b) = δ; σ_rr = −p b²(c²/r²−1)/(c²−b²).
+
+    Parameters
+    ----------
+    E, nu : tube [Pa], -1 < nu <= 1/2
+    b, c : inner and outer radius [m]
+    delta : interference of the radii [m]
+
+    Checked: Hooke's law and the boundary conditions by finite differences; p = δ/{b[(c²+b²)/(c²−b²)+ν′]/E′}; the
+    catalogue's figures. Source: Timoshenko & Goodier, Theory of Elasticity, §28.
+    """
+
+    E: float
+    nu: float
+    b: float
+    c: float
+    delta: float
+
+    def __post_init__(self) -> None:
+        elastic(E=self.E, nu=self.nu)
+        ascending(b=self.b, c=self.c)
+        positive(delta=self.delta)
+
+    @property
+    def pressure(self) -> float:
+        """p [Pa], uniform."""
+        return self.delta / self._radial(np.array(self.b), pressure=1.0).item()
+
+    @property
+    def force(self) -> float:
+        """2πbp, the pressure summed over the whole circumference, per thickness [N/m]."""
+        return 2 * np.pi * self.b * self.pressure
+
+    def displacement(self, points: ArrayLike) -> Floats:
+        """(u_x, u_y) at points (n, 2), the axis at the origin, shape (n, 2) [m]."""
+        points = as_points(points, 2)
+        r = np.linalg.norm(points, axis=1)
+        return points * (self._radial(r, self.pressure) / r)[:, None]
+
+    def _radial(self, r: Floats, pressure: float) -> Floats:
+        return _tube(r, self.E, self.nu, self.b, self.c, inner=pressure, outer=0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class BallShell:
+    """Rigid sphere of radius b + δ in a spherical shell b < r < c, free outside, no friction.
+
+    u_r = p b³/(E(c³−b³)) [(1−2ν) r + (1+ν) c³/2r²], p from u_r(b) = δ.
+
+    Parameters
+    ----------
+    E, nu : shell [Pa], -1 < nu <= 1/2
+    b, c : inner and outer radius [m]
+    delta : interference of the radii [m]
+
+    Checked: Hooke's law, equilibrium and the boundary conditions by finite differences; the catalogue's p = .0125.
+    Source: Timoshenko & Goodier, Theory of Elasticity, §136.
+    """
+
+    E: float
+    nu: float
+    b: float
+    c: float
+    delta: float
+
+    def __post_init__(self) -> None:
+        elastic(E=self.E, nu=self.nu)
+        ascending(b=self.b, c=self.c)
+        positive(delta=self.delta)
+
+    @property
+    def pressure(self) -> float:
+        """p [Pa], uniform."""
+        return self.delta / self._radial_per_pressure(np.array(self.b)).item()
+
+    @property
+    def force(self) -> float:
+        """4πb²p, the pressure summed over the whole sphere [N]."""
+        return 4 * np.pi * self.b**2 * self.pressure
+
+    def displacement(self, points: ArrayLike) -> Floats:
+        """u at points (n, 3), the centre at the origin, shape (n, 3); or (u_r, u_z) at points (r, z) [m]."""
+        points = as_points(points, 2, 3)
+        r = np.linalg.norm(points, axis=1)
+        return points * (self.pressure * self._radial_per_pressure(r) / r)[:, None]
+
+    def _radial_per_pressure(self, r: Floats) -> Floats:
+        b3, c3 = self.b**3, self.c**3
+        return b3 / (self.E * (c3 - b3)) * ((1 - 2 * self.nu) * r + (1 + self.nu) * c3 / (2 * r**2))
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShrinkFit:
+    """Tube a < r < b + δ pressed into the tube b < r < c, plane strain, no friction, δ ≪ b.
+
+    p = δ/{b[(c²+b²)/(c²−b²)+ν₂′]/E₂′ + b[(b²+a²)/(b²−a²)−ν₁′]/E₁′}, E′ = E/(1−ν²), ν′ = ν/(1−ν): both tubes are linear
+    on the common radius b.
+
+    Parameters
+    ----------
+    E1, nu1 : inner tube [Pa]
+    E2, nu2 : outer tube [Pa]
+    a, b, c : radii [m]
+    delta : interference of the radii at b [m]
+
+    Checked: the displacements differ by δ at b, against the formula; the plug as the limit E₁ → ∞; the catalogue's p.
+    Source: Timoshenko & Goodier, Theory of Elasticity, §28.
+    """
+
+    E1: float
+    nu1: float
+    E2: float
+    nu2: float
+    a: float
+    b: float
+    c: float
+    delta: float
+
+    def __post_init__(self) -> None:
+        for body, (E, nu) in {"1": (self.E1, self.nu1), "2": (self.E2, self.nu2)}.items():
+            try:
+                elastic(E=E, nu=nu)
+            except ValueError as error:
+                raise ValueError(f"body {body}: {error}") from None
+        ascending(a=self.a, b=self.b, c=self.c)
+        positive(delta=self.delta)
+
+    @property
+    def pressure(self) -> float:
+        """p at r = b [Pa], uniform."""
+        b = np.array(self.b)
+        return self.delta / (self._outer(b, pressure=1.0) - self._inner(b, pressure=1.0)).item()
+
+    def displacement_inner(self, points: ArrayLike) -> Floats:
+        """(u_x, u_y) of the inner tube at points (n, 2), shape (n, 2) [m]."""
+        points = as_points(points, 2)
+        r = np.linalg.norm(points, axis=1)
+        return points * (self._inner(r, self.pressure) / r)[:, None]
+
+    def displacement_outer(self, points: ArrayLike) -> Floats:
+        """(u_x, u_y) of the outer tube at points (n, 2), shape (n, 2) [m]."""
+        points = as_points(points, 2)
+        r = np.linalg.norm(points, axis=1)
+        return points * (self._outer(r, self.pressure) / r)[:, None]
+
+    def _inner(self, r: Floats, pressure: float) -> Floats:
+        return _tube(r, self.E1, self.nu1, self.a, self.b, inner=0.0, outer=pressure)
+
+    def _outer(self, r: Floats, pressure: float) -> Floats:
+        return _tube(r, self.E2, self.nu2, self.b, self.c, inner=pressure, outer=0.0)
+
+
+def _tube(r: Floats, E: float, nu: float, b: float, c: float, *, inner: float, outer: float) -> Floats:
+    """u_r of the tube b < r < c in plane strain under the pressures `inner` and `outer` (Lamé)."""
+    uniform = (1 - 2 * nu) * (inner * b**2 - outer * c**2) * r
+    return (1 + nu) / (E * (c**2 - b**2)) * (uniform + (inner - outer) * b**2 * c**2 / r)
