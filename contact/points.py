@@ -57,7 +57,7 @@ class ContactPoints:
 
     def mean(self, g: Floats) -> Floats:
         """Σ_q T_qi g_q for values g at this rank's points, (c, …), summed over the ranks. Collective."""
-        columns = g.reshape(len(g), -1)
+        columns = g.reshape(len(g), int(np.prod(g.shape[1:])))
         result = np.zeros((self.count, columns.shape[1]))
         for r in range(self.rows.shape[1]):
             np.add.at(result, self.rows[:, r], self.shares[:, r, None] * columns)
@@ -73,7 +73,7 @@ class ContactPoints:
         c = space.components
         along = normals @ self.body.frame.T
         entries = np.einsum("qr,qk,qc->qrkc", self.shares, self.values, along)
-        dofs = space.dofs_of(self.nodes[..., None]).reshape(len(self.nodes), 1, -1, c)
+        dofs = space.dofs_of(self.nodes[..., None]).reshape(len(self.nodes), 1, self.nodes.shape[1], c)
         unknowns = np.broadcast_to(space.local_dofs[dofs], entries.shape)
         rows = np.broadcast_to(self.rows[:, :, None, None], entries.shape)
         if space.comm.size == 1:

@@ -57,7 +57,7 @@ class Space:
         self.node_dofs = node_dof
         self.local_dofs = np.append((node_dof[:, None] + np.arange(c)).ravel(), pressure_dof[vertices])
         self.displacements = slice(0, c * nodes)
-        self.cell_dofs = (c * piece.cells[:, :, None] + np.arange(c)).reshape(len(piece.cells), -1)
+        self.cell_dofs = (c * piece.cells[:, :, None] + np.arange(c)).reshape(len(piece.cells), c * piece.cells.shape[1])
         if mixed:
             position = np.zeros(nodes, dtype=np.int64)
             position[vertices] = c * nodes + np.arange(len(vertices))
@@ -99,7 +99,7 @@ class Space:
     def dofs_of(self, nodes: Ints) -> Ints:
         """Local numbers of the displacements of local `nodes` (…, k), (…, k·components)."""
         c = self.components
-        return (c * nodes[..., None] + np.arange(c)).reshape(*nodes.shape[:-1], -1)
+        return (c * nodes[..., None] + np.arange(c)).reshape(*nodes.shape[:-1], c * nodes.shape[-1])
 
 
 class _Scatter:

@@ -36,41 +36,11 @@ OPTIONS = {
 }
 
 
-class Flat(NamedTuple):
-    """The plane (line in 2D) through a point with a unit normal."""
-
-    point: tuple[float, ...]
-    normal: tuple[float, ...]
-
-    def snap(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Closest points of the plane to x (p, d); exact where the normal is an axis."""
-        d = len(self.point)
-        y = x.copy()
-        y[:, :d] -= ((x[:, :d] - self.point) @ np.array(self.normal))[:, None] * np.array(self.normal)
-        return y
-
-
-class Round(NamedTuple):
-    """The sphere (circle in 2D) about a centre; with two coordinates in 3D the cylinder along the third."""
-
-    centre: tuple[float, ...]
-    radius: float
-
-    def snap(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Closest points of the sphere to x (p, d)."""
-        d = len(self.centre)
-        y = x.copy()
-        r = x[:, :d] - self.centre
-        y[:, :d] = self.centre + r * (self.radius / np.linalg.norm(r, axis=1))[:, None]
-        return y
-
-
 class Part(NamedTuple):
-    """An entity of the boundary in gmsh's model, its facets' tag and its exact shape."""
+    """An entity of the boundary in gmsh's model and the tag of its facets."""
 
     tag: str
     entity: int
-    shape: Flat | Round
 
 
 @contextmanager
@@ -106,17 +76,13 @@ def session() -> Iterator[ModuleType]:
                 gmsh.option.setNumber(name, value)
 
 
-def sizes(h: float, order: int, refine: Refine | None) -> tuple[float, int]:
-    """The checked target size and order; ValueError names what is wrong."""
-    if refine is not None and not isinstance(refine, Refine):
-        raise bad("refine", refine, "a Refine, in a scene a table with at, radius, h and growth")
-    return positive("h", h), choice("order", order, (1, 2))
-
-
-def generate(gmsh: ModuleType, dim: int, boundary: Sequence[Part], h: float, order: int, refine: Refine | None) -> Mesh:
+def triangulate(
+    gmsh: ModuleType, dim: int, boundary: Sequence[Part], h: float, order: int, refine: Refine | None
+) -> Mesh:
     """Mesh the geometry in gmsh's current model.
 
-    Middle nodes of quadratic cells lie on the exact boundary; high-order optimisation untangles the cells behind it.
+    Middle nodes of quadratic cells lie on the exact boundary, to rounding with gmsh's built-in kernel; high-order
+    optimisation untangles the cells behind it.
 
     Parameters
     ----------
@@ -129,7 +95,9 @@ def generate(gmsh: ModuleType, dim: int, boundary: Sequence[Part], h: float, ord
     refine : Refine or None
         Where they are smaller.
     """
-    h, order = sizes(h, order, refine)
+    h, order = positive("h", h), choice("order", order, (1, 2))
+    if refine is not None and not isinstance(refine, Refine):
+        raise bad("refine", refine, "a Refine, in a scene a table with at, radius, h and growth")
     mesh = gmsh.model.mesh
     gmsh.model.geo.synchronize()
     size = refine.size(h, dim) if refine else lambda x, y, z: h
@@ -141,15 +109,11 @@ def generate(gmsh: ModuleType, dim: int, boundary: Sequence[Part], h: float, ord
     tags, coordinates, _ = mesh.getNodes()
     number = np.zeros(int(tags.max()) + 1, dtype=np.int64)
     number[tags] = np.arange(len(tags))
-    points = coordinates.reshape(-1, 3)[:, :dim].copy()
+    points = coordinates.reshape(-1, 3)[:, :dim]
     cells = _elements(mesh, number, dim, -1, order)
     if dim == 3 and order == 2:
         cells[:, 8:] = cells[:, :7:-1]  # gmsh has the last two edges the other way round
     facets = [_elements(mesh, number, dim - 1, part.entity, order) for part in boundary]
-    for kind in (Flat, Round):  # the spheres last: they leave points in planes through their centres there
-        for part, nodes in zip(boundary, facets, strict=True):
-            if isinstance(part.shape, kind):
-                points[nodes.ravel()] = part.shape.snap(points[nodes.ravel()])
     named = {
         tag: np.concatenate([nodes for part, nodes in zip(boundary, facets, strict=True) if part.tag == tag])
         for tag in dict.fromkeys(part.tag for part in boundary)

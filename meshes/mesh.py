@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from meshes.simplices import face_nodes, jacobians, nodes_per_simplex
 
 FLAT = 1e-12
-"""A Jacobian at or below this multiple of (largest extent of the cell)^d counts as degenerate."""
+"""A Jacobian determinant at or below this multiple of the cell's size to the power d counts as degenerate."""
 
 
 class FaceTable(NamedTuple):
@@ -74,7 +74,8 @@ class Mesh:
     ------
     ValueError
         Wrong shapes, coordinates that are not finite, indices out of range, a facet of no cell, a facet of more than
-        two cells, inverted or degenerate cells: det(∂x/∂ξ) ≤ `FLAT` (extent of the cell)^d at one of its nodes.
+        two cells, inverted or degenerate cells: det(∂x/∂ξ) ≤ `FLAT` s^d at a node, s² the sum of the squared lengths
+        of the edges at the first vertex.
     """
 
     points: NDArray[np.float64]
@@ -86,11 +87,9 @@ class Mesh:
         points = np.array(self.points, dtype=np.float64)
         cells = _integers("cells", self.cells)
         _check_shapes(points, cells)
-        used = np.unique(cells)
-        if used[0] < 0 or used[-1] >= len(points):
-            raise ValueError(f"cells: node {used[0] if used[0] < 0 else used[-1]}: must be in 0 .. {len(points) - 1}")
-        number = np.full(len(points), -1)
-        number[used] = np.arange(len(used))
+        used = np.zeros(len(points), dtype=bool)
+        used[cells] = True
+        number = np.where(used, np.cumsum(used) - 1, -1)
         self._keep(points=points[used], cells=number[cells])
         self._check_cells()
         self._keep(
@@ -167,8 +166,9 @@ class Mesh:
         if (bad := np.flatnonzero(~np.isfinite(self.points).all(axis=1))).size:
             raise ValueError(f"points: {bad.size} of {len(self.points)} have coordinates that are not finite numbers")
         vertices = self.points[self.cells[:, : self.dim + 1]]
-        extent = np.ptp(vertices, axis=1).max(axis=1)
-        bad = np.flatnonzero(jacobians(self.points, self.cells) <= FLAT * extent**self.dim)
+        edges = vertices[:, 1:] - vertices[:, :1]
+        size = np.sqrt(np.einsum("mij,mij->m", edges, edges))
+        bad = np.flatnonzero(jacobians(self.points, self.cells) <= FLAT * size**self.dim)
         if bad.size:
             centroid = ", ".join(f"{x:.6g}" for x in vertices[bad[0]].mean(axis=0))
             raise ValueError(
@@ -198,3 +198,6 @@ def _check_shapes(points: NDArray[np.float64], cells: NDArray[np.int64]) -> None
         )
     if len(cells) == 0:
         raise ValueError("cells: none: must be at least one")
+    for node in (cells.min(), cells.max()):
+        if not 0 <= node < len(points):
+            raise ValueError(f"cells: node {node}: must be in 0 .. {len(points) - 1}")

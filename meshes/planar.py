@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from meshes.gmsh_model import Flat, Part, Round, generate, session
+from meshes.gmsh_model import Part, session, triangulate
 from meshes.mesh import Mesh
 from meshes.parameters import bad, larger, number, positive
 from meshes.refine import Refine
@@ -28,15 +28,12 @@ def draw(gmsh: ModuleType, outline: Sequence[Side], z: float = 0.0) -> tuple[int
     geo = gmsh.model.geo
     corners = [geo.addPoint(*side.start, z) for side in outline]
     parts = []
-    for i, (tag, start, centre) in enumerate(outline):
+    for i, (tag, _, centre) in enumerate(outline):
         j = (i + 1) % len(outline)
         if centre is None:
-            a, b = np.array(start), np.array(outline[j].start)
-            tx, ty = (b - a) / math.dist(a, b)
-            parts.append(Part(tag, geo.addLine(corners[i], corners[j]), Flat(start, (float(ty), float(-tx)))))
+            parts.append(Part(tag, geo.addLine(corners[i], corners[j])))
         else:
-            arc = geo.addCircleArc(corners[i], geo.addPoint(*centre, z), corners[j])
-            parts.append(Part(tag, arc, Round(centre, math.dist(start, centre))))
+            parts.append(Part(tag, geo.addCircleArc(corners[i], geo.addPoint(*centre, z), corners[j])))
     return geo.addPlaneSurface([geo.addCurveLoop([part.entity for part in parts])]), parts
 
 
@@ -44,7 +41,7 @@ def plane(outline: Sequence[Side], h: float, order: int, refine: Refine | None) 
     """Mesh the domain within a counter-clockwise outline."""
     with session() as gmsh:
         _, sides = draw(gmsh, outline)
-        return generate(gmsh, 2, sides, h, order, refine)
+        return triangulate(gmsh, 2, sides, h, order, refine)
 
 
 def rectangle(corner: Sequence[float], size: Sequence[float], tags: Sequence[str]) -> list[Side]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from meshes.gmsh_model import Flat, Part, Round, generate, session
+from meshes.gmsh_model import Part, session, triangulate
 from meshes.mesh import Mesh
 from meshes.parameters import larger, positive
 from meshes.planar import Side, draw, sector
@@ -20,13 +20,9 @@ def prism(outline: Sequence[Side], bottom: float, length: float, h: float, order
     with session() as gmsh:
         base, sides = draw(gmsh, outline, bottom)
         (_, top), _, *walls = gmsh.model.geo.extrude([(2, base)], 0, 0, length)
-        up = (0.0, 0.0, 1.0)
         faces = [side._replace(entity=wall) for side, (_, wall) in zip(sides, walls, strict=True)]
-        ends = [
-            Part("bottom", base, Flat((0.0, 0.0, bottom), up)),
-            Part("top", top, Flat((0.0, 0.0, bottom + length), up)),
-        ]
-        return generate(gmsh, 3, [*faces, *ends], h, order, refine)
+        ends = [Part("bottom", base), Part("top", top)]
+        return triangulate(gmsh, 3, [*faces, *ends], h, order, refine)
 
 
 def hollow_cylinder(
@@ -82,15 +78,11 @@ def spherical(
         for tag, names in faces.items():
             loop = geo.addCurveLoop([edge(a, b) for a, b in zip(names, names[1:] + names[0], strict=True)])
             if len({radius[name] for name in names}) == 1:
-                patch = geo.addSurfaceFilling([loop], sphereCenterTag=middle)
-                parts.append(Part(tag, patch, Round(centre, radius[names[0]])))
+                parts.append(Part(tag, geo.addSurfaceFilling([loop], sphereCenterTag=middle)))
             else:
-                a, b, c = (np.array(corners[name]) for name in names[:3])
-                normal = np.cross(b - a, c - a)
-                unit = tuple(float(x) for x in normal / np.linalg.norm(normal))
-                parts.append(Part(tag, geo.addPlaneSurface([loop]), Flat(corners[names[0]], unit)))
+                parts.append(Part(tag, geo.addPlaneSurface([loop])))
         geo.addVolume([geo.addSurfaceLoop([part.entity for part in parts])])
-        return generate(gmsh, 3, parts, h, order, refine)
+        return triangulate(gmsh, 3, parts, h, order, refine)
 
 
 def sphere_octant(radius: float, h: float, order: int = 1, refine: Refine | None = None) -> Mesh:

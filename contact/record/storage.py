@@ -72,8 +72,8 @@ class OrderedFile:
             self._write_at(self._position, data)
             self._length = max(self._length, self._position + len(data))
         else:
-            self._held.pop(self._position, None)  # later writes shadow earlier ones, so the order of arrival is kept
-            self._held[self._position] = bytes(data)
+            earlier = self._held.pop(self._position, b"")  # what arrives last must be the last in line
+            self._held[self._position] = bytes(data) + earlier[len(data) :]
         return len(data)
 
     def truncate(self, size: int) -> int:
@@ -84,8 +84,8 @@ class OrderedFile:
     def flush(self) -> None:
         """Write what is held: the length, the superblock, index nodes by falling level, everything else."""
         os.ftruncate(self._descriptor, self._length)
-        for address in sorted(self._held, key=lambda address: (address != 0, -_level(self._held[address]))):
-            self._write_at(address, self._held[address])
+        for address, data in sorted(self._held.items(), key=_rank):
+            self._write_at(address, data)
         self._held.clear()
         self._flushed = self._length
 
@@ -95,12 +95,14 @@ class OrderedFile:
         os.close(self._descriptor)
 
     def _write_at(self, address: int, data: bytes | memoryview) -> None:
-        rest = memoryview(data)
-        while len(rest):
-            written = os.pwrite(self._descriptor, rest, address)
-            rest, address = rest[written:], address + written
+        while (written := os.pwrite(self._descriptor, data, address)) < len(data):
+            data, address = memoryview(data)[written:], address + written
 
 
-def _level(data: bytes) -> int:
-    """Height of a version 1 B-tree's node (HDF5 File Format Specification, III.A.1), 0 for leaves and all else."""
-    return data[5] if data.startswith(b"TREE") else 0
+def _rank(held: tuple[int, bytes]) -> tuple[bool, int]:
+    """Turn of a held write: the superblock at address 0, then B-tree nodes from the root down, then all else.
+
+    The level of a version 1 B-tree's node is its sixth byte (HDF5 File Format Specification, III.A.1).
+    """
+    address, data = held
+    return address != 0, -data[5] if data.startswith(b"TREE") else 0

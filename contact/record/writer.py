@@ -20,6 +20,7 @@ from contact.record.reader import RecordReader
 from contact.record.storage import OrderedFile
 
 CHUNK_BYTES = 65536
+CHUNK_ROWS = 256
 
 
 class Record:
@@ -191,7 +192,7 @@ class _Column:
         # A chunk holds whole steps. What grows by one row is read in one piece: small chunks keep short records small.
         step = max(len(like), 1)
         step_bytes = step * like.dtype.itemsize * math.prod(tail)
-        chunk = 256 if len(like) == 1 else step * max(1, CHUNK_BYTES // max(step_bytes, 1))
+        chunk = CHUNK_ROWS if len(like) == 1 else step * max(1, CHUNK_BYTES // max(step_bytes, 1))
         self._id = parent.create_dataset(
             name, (0, *tail), like.dtype, maxshape=(None, *tail), chunks=(chunk, *tail), fill_time="never"
         ).id

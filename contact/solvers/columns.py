@@ -94,11 +94,6 @@ def dense(W: Delassus) -> Floats:
     return (values + values.T) / 2
 
 
-def length(wall: Floats, q: Floats) -> float:
-    """ℓ = max(max(−q)₊, max|δ − q|): what gaps are measured by, `wall` being δ − q; 1 where both vanish [m]."""
-    return max(float(-q.min(initial=0.0)), float(np.abs(wall).max(initial=0.0))) or float(np.abs(q).max(initial=0.0)) or 1.0
-
-
 def extend(L: Floats, columns: Floats, pivot: float) -> tuple[Floats, Ints]:
     """Continue a Cholesky factorisation.
 
@@ -115,6 +110,7 @@ def extend(L: Floats, columns: Floats, pivot: float) -> tuple[Floats, Ints]:
     if info != 0 or np.any(np.diagonal(tail) <= np.sqrt(pivot) * scale):
         scale[scale == 0] = 1.0
         tail, order, rank, _ = lapack.dpstrf(schur / np.outer(scale, scale), tol=pivot, lower=1)
+        rank = np.count_nonzero(np.diagonal(tail)[:rank] ** 2 > pivot)  # LAPACK takes the first pivot untested
         kept = order[:rank] - 1
         tail = np.tril(tail[:rank, :rank]) * scale[kept][:, None]
     m = p + len(kept)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import cho_solve
 
-from contact.solvers.columns import FormedColumns, extend, length
+from contact.solvers.certificate import length, scaled
+from contact.solvers.columns import FormedColumns, extend
 from contact.solvers.problem import (
     SOLVED,
     ContactNotConvergedError,
@@ -21,6 +22,7 @@ GROWTH = 4
 # Block steps end when the infeasibility exceeds this many times the least one seen.
 WORSE = 2.0
 STEPS = 40
+REFINEMENTS = 3
 
 
 def solve(problem: ContactProblem, start: Floats | None = None, tolerance: float = 1e-12) -> Solution:
@@ -65,9 +67,9 @@ def solve(problem: ContactProblem, start: Floats | None = None, tolerance: float
     if not blocks.run(first):
         _ratio_tested(blocks)
     lam, delta, rows = blocks.lam, blocks.delta, columns.rows
-    wrong = np.minimum(delta, 0.0)
-    wrong[rows] = np.minimum(delta[rows], columns.diagonal(rows) * lam[rows])
-    residual = float(np.abs(wrong).max(initial=0.0)) / length(delta - q, q)
+    pull = np.zeros_like(lam)
+    pull[rows] = columns.diagonal(rows) * lam[rows]
+    residual = scaled(pull, delta, q)
     if not residual <= SOLVED:
         raise ContactNotConvergedError("violated contacts depend on the active ones", blocks.iterations, residual, lam)
     return Solution(
@@ -142,11 +144,13 @@ class _BlockSteps:
         self.columns.form(entering)
         self.factorise(p, np.concatenate([self.rows[:p], tail[np.argsort(-self.lam[tail])], entering]))
         self.lam, self.delta = np.zeros_like(self.q), self.q
-        for _ in range(2):
-            # the second pass refines with the gaps of the first
+        for _ in range(REFINEMENTS):
             self.lam[self.rows] -= cho_solve((self.L, True), self.delta[self.rows])
             self.delta = self.q + self.columns.product(self.lam)
-        self.iterations += 1
+            self.iterations += 1
+            left = np.abs(self.delta[self.rows]).max(initial=0.0)
+            if left <= self.tolerance * length(self.delta - self.q, self.q):
+                break
 
     def factorise(self, p: int, rows: Ints) -> None:
         """Make L the factor of the independent among `rows`, the first `p` of which it has already."""

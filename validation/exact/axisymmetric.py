@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from validation.exact.common import Complexes, Floats, as_points, elastic, vanishing_product
 
@@ -47,7 +47,7 @@ class AxisymmetricContact(ABC):
     On z = 0 the shear vanishes, u_z = ψ/πE* and u_z(0, 0) = F(0)/E*; P = ∫ F dt.
 
     F is a polynomial in |t|, so the integrals end after three integrations by parts, each with ∂/∂t = i ∂/∂ζ, ζ = z+it:
-    ∫₀ᵃ F g₀ dt = [−i F g₁ + F′ g₂ + i F″ g₃]₀ᵃ, where g_k+1 is the primitive of g_k in ζ. They hold everywhere in z >= 0,
+    ∫₀ᵃ F g₀ dt = [−i F g₁ + F′ g₂ + i F″ g₃]₀ᵃ, where g_k+1 is the primitive of g_k in ζ. They hold in all of z >= 0,
     on the contact too, where a quadrature in t fails. Relative error about 1e-16 (ρ/a)³ at the distance ρ ≫ a.
 
     Checked: against quadrature in t, equilibrium and Hooke's law by finite differences, and the traction on z = 0.
@@ -143,7 +143,7 @@ class AxisymmetricContact(ABC):
     def _derivatives(self, r: Floats, z: Floats) -> Derivatives:
         a, F_a, dF_a, ddF, dF_0 = self.density()
         # The factors' principal branches give D → i√(a²−r²) as z → 0+ inside the contact, and no cancellation at r = a.
-        D = np.sqrt(z + 1j * (a + r)) * np.sqrt(z + 1j * (a - r))
+        D: Complexes = np.sqrt(z + 1j * (a + r)) * np.sqrt(z + 1j * (a - r))
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             edge = _primitives(r, z + 1j * a, D)
             axis = _primitives(r, z, np.hypot(r, z)) if dF_0 else None
@@ -153,7 +153,7 @@ class AxisymmetricContact(ABC):
                 value: Floats = (dF_a * g2 + 1j * ddF * g3).real
                 if F_a:
                     value = value + F_a * g1.imag
-                if axis:  # all primitives are real at t = 0, so that only the kink's term survives there
+                if axis is not None:  # all primitives are real at t = 0, so that only the kink's term survives there
                     value = value - dF_0 * axis[chain][k + 1].real
                 return 2 * value
 
@@ -167,9 +167,7 @@ class AxisymmetricContact(ABC):
             )
 
 
-def _primitives(
-    r: Floats, zeta: Floats | Complexes, D: Floats | Complexes
-) -> tuple[list[Floats | Complexes], list[Floats | Complexes]]:
+def _primitives(r: Floats, zeta: NDArray[Any], D: NDArray[Any]) -> tuple[list[NDArray[Any]], list[NDArray[Any]]]:
     """Two chains, each entry the ζ-derivative of the next: from ∂(1/D)/∂ζ, and from (1/r) ∂(1/D)/∂r."""
     sum_ = zeta + D
     log = np.log(sum_)

@@ -58,6 +58,13 @@ def as_points(points: ArrayLike, *dimensions: int) -> Floats:
     return array
 
 
+def radius(points: ArrayLike) -> Floats:
+    """Distance of the points (n, d) from the origin, shape (n)."""
+    r: Floats = np.linalg.norm(np.asarray(points, dtype=float), axis=-1)
+    return r
+
+
 def vanishing_product(distance: Floats, factor: NDArray[Any]) -> NDArray[Any]:
     """distance * factor, and 0 where the distance is 0: the factor's singularity there is weaker than 1/distance."""
-    return np.multiply(distance, factor, out=np.zeros_like(factor), where=distance != 0)
+    product: NDArray[Any] = np.multiply(distance, factor, out=np.zeros_like(factor), where=distance != 0)
+    return product

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from validation.exact.common import Floats, as_points, ascending, elastic, positive
+from validation.exact.common import Floats, as_points, ascending, elastic, positive, radius
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,20 +38,20 @@ class Plug:
         positive(delta=self.delta)
 
     @property
-    def pressure(self) -> float:
-        """p [Pa], uniform."""
+    def p(self) -> float:
+        """Pressure [Pa], uniform."""
         return self.delta / self._radial(np.array(self.b), pressure=1.0).item()
 
     @property
     def force(self) -> float:
         """2πbp, the pressure summed over the whole circumference, per thickness [N/m]."""
-        return 2 * np.pi * self.b * self.pressure
+        return 2 * np.pi * self.b * self.p
 
     def displacement(self, points: ArrayLike) -> Floats:
         """(u_x, u_y) at points (n, 2), the axis at the origin, shape (n, 2) [m]."""
         points = as_points(points, 2)
-        r = np.linalg.norm(points, axis=1)
-        return points * (self._radial(r, self.pressure) / r)[:, None]
+        r = radius(points)
+        return points * (self._radial(r, self.p) / r)[:, None]
 
     def _radial(self, r: Floats, pressure: float) -> Floats:
         return _tube(r, self.E, self.nu, self.b, self.c, inner=pressure, outer=0.0)
@@ -85,20 +85,20 @@ class BallShell:
         positive(delta=self.delta)
 
     @property
-    def pressure(self) -> float:
-        """p [Pa], uniform."""
+    def p(self) -> float:
+        """Pressure [Pa], uniform."""
         return self.delta / self._radial_per_pressure(np.array(self.b)).item()
 
     @property
     def force(self) -> float:
         """4πb²p, the pressure summed over the whole sphere [N]."""
-        return 4 * np.pi * self.b**2 * self.pressure
+        return 4 * np.pi * self.b**2 * self.p
 
     def displacement(self, points: ArrayLike) -> Floats:
         """u at points (n, 3), the centre at the origin, shape (n, 3); or (u_r, u_z) at points (r, z) [m]."""
         points = as_points(points, 2, 3)
-        r = np.linalg.norm(points, axis=1)
-        return points * (self.pressure * self._radial_per_pressure(r) / r)[:, None]
+        r = radius(points)
+        return points * (self.p * self._radial_per_pressure(r) / r)[:, None]
 
     def _radial_per_pressure(self, r: Floats) -> Floats:
         b3, c3 = self.b**3, self.c**3
@@ -142,22 +142,22 @@ class ShrinkFit:
         positive(delta=self.delta)
 
     @property
-    def pressure(self) -> float:
-        """p at r = b [Pa], uniform."""
+    def p(self) -> float:
+        """Pressure at r = b [Pa], uniform."""
         b = np.array(self.b)
         return self.delta / (self._outer(b, pressure=1.0) - self._inner(b, pressure=1.0)).item()
 
     def displacement_inner(self, points: ArrayLike) -> Floats:
         """(u_x, u_y) of the inner tube at points (n, 2), shape (n, 2) [m]."""
         points = as_points(points, 2)
-        r = np.linalg.norm(points, axis=1)
-        return points * (self._inner(r, self.pressure) / r)[:, None]
+        r = radius(points)
+        return points * (self._inner(r, self.p) / r)[:, None]
 
     def displacement_outer(self, points: ArrayLike) -> Floats:
         """(u_x, u_y) of the outer tube at points (n, 2), shape (n, 2) [m]."""
         points = as_points(points, 2)
-        r = np.linalg.norm(points, axis=1)
-        return points * (self._outer(r, self.pressure) / r)[:, None]
+        r = radius(points)
+        return points * (self._outer(r, self.p) / r)[:, None]
 
     def _inner(self, r: Floats, pressure: float) -> Floats:
         return _tube(r, self.E1, self.nu1, self.a, self.b, inner=0.0, outer=pressure)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +16,8 @@ ORDER = 64  # Gauss points per direction and sector of the H¹ seminorm
 
 def sqrt_cut_below(w: Complexes) -> Complexes:
     """√w with its cut along the negative imaginary axis, so that rounding to y = -0 does not change the branch."""
-    return np.exp(0.25j * np.pi) * np.sqrt(-1j * w)
+    root: Complexes = np.exp(0.25j * np.pi) * np.sqrt(-1j * w)
+    return root
 
 
 def log_cut_below(w: Complexes) -> Complexes:
@@ -107,9 +109,9 @@ class HalfPlane(ABC):
         if x_max <= x_min:
             raise ValueError(f"x_max = {x_max}: must be > x_min = {x_min}")
         centres = [x for x in self.singular_points if x_min <= x <= x_max] or [0.5 * (x_min + x_max)]
-        cuts = [x_min, *(0.5 * (p + q) for p, q in zip(centres, centres[1:], strict=False)), x_max]
-        parts = zip(centres, cuts, cuts[1:], strict=False)
-        return float(np.sqrt(sum(self._energy_about(*part, height) for part in parts)))
+        cuts = [x_min, *(0.5 * (p + q) for p, q in pairwise(centres)), x_max]
+        parts = zip(centres, pairwise(cuts), strict=True)
+        return float(np.sqrt(sum(self._energy_about(centre, *sides, height) for centre, sides in parts)))
 
     def _energy_about(self, centre: float, left: float, right: float, height: float) -> float:
         """∫ |∇u|² over [left, right] × [0, height], swept about (centre, 0) by the three sides that it sees."""

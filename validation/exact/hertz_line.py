@@ -15,7 +15,7 @@ from validation.exact.half_plane import HalfPlane, log_cut_below, sqrt_cut_below
 class HertzLine(HalfPlane):
     """Obstacle y = −x²/2R (a parabola, not a circle), contact for |x| < a, u(0, 0) = 0.
 
-    With s = √(z−a)√(z+a) the potential Z = −(p₀/a) i (z−s) is written Z = −i p₀ a/(z+s), which does not cancel far away.
+    With s = √(z−a)√(z+a) the potential Z = −(p₀/a) i (z−s) is written −i p₀ a/(z+s), which does not cancel far away.
     p₀ = aE*/2R, P = πap₀/2, p = p₀ √(1−x²/a²).
 
     Parameters
@@ -23,8 +23,8 @@ class HertzLine(HalfPlane):
     a : half-width of the contact [m]
     R : radius of curvature at the apex, 1/R = 1/R₁ + 1/R₂ [m]
 
-    Checked: as `HalfPlane`; the profile −x²/2R in contact, a free surface outside; the force by quadrature of σ_yy across
-    a section; the catalogue's p₀ and P at a=.3, R=E=1, ν=.3. Source: Johnson, Contact Mechanics, §4.2(c).
+    Checked: as `HalfPlane`; the profile −x²/2R in contact, a free surface outside; the force by quadrature of σ_yy
+    across a section; the catalogue's p₀ and P at a=.3, R=E=1, ν=.3. Source: Johnson, Contact Mechanics, §4.2(c).
     """
 
     a: float

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Literal, NamedTuple, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
-from scipy.special import jv
 
+from validation.exact.chebyshev import chebyshev_sum, chebyshev_transform, composite_gauss
 from validation.exact.common import Floats, elastic, positive
 
 CUTOFF = 24.0  # 1 − L(ω) < 1e-17 beyond
@@ -29,18 +29,18 @@ class Expansion(NamedTuple):
 class Layer:
     """Plane strain of the layer of thickness H pressed over |x| < a: u(x) = δ − x²/2R there, no friction on top.
 
-    A pressure of wave number k indents the layer by (2/E*|k|) L(|k|H) with, e.g. Vorovich, Aleksandrov & Babeshko (1974),
+    A pressure of wave number k indents the layer by (2/E*|k|) L(|k|H);
     frictionless base (bilateral): L = 2 sinh²ω/(sinh 2ω + 2ω);
     bonded: L = (2κ sinh 2ω − 4ω)/(2κ cosh 2ω + 1 + κ² + 4ω²), κ = 3−4ν.
     The kernel's logarithm acts on √(1−s²) U_2k in closed form, the remainder (L−1)/ω is integrated over ω, where
-    the pressure's transform is a Bessel function. Collocation at Chebyshev points, doubled until P, δ and p₀ stand still.
+    the pressure's transform is a Bessel function. Collocation at Chebyshev points, doubled until p and δ stand still.
 
     Parameters
     ----------
     E, nu : layer [Pa], -1 < nu <= 1/2
     R : radius of curvature of the parabola [m]
     H : thickness [m]
-    a : half-width of the contact [m]; use `from_delta` to give the approach instead
+    a : half-width of the contact [m]; `from_delta` takes the approach instead
     base : "frictionless" (bilateral) or "bonded"
 
     Raises
@@ -49,7 +49,8 @@ class Layer:
     RuntimeError : the expansion does not converge (a/H beyond about 30).
 
     Checked: L by the matrix exponential of the transformed equations of elasticity; the indentation of the computed
-    pressure by an independent Fourier quadrature; limits H → ∞ (`HertzLine`) and a ≫ H (Winkler); the catalogue's figures.
+    pressure by an independent Fourier quadrature; H → ∞ (`HertzLine`) and a ≫ H (Winkler); the catalogue's figures.
+    Source: Vorovich, Aleksandrov & Babeshko, Non-classical Mixed Problems of Elasticity (1974).
     """
 
     E: float
@@ -71,18 +72,15 @@ class Layer:
     ) -> Self:
         """The layer pressed by the approach `delta` [m]; a by bracketing δ(a) = delta."""
         positive(R=R, H=H, delta=delta)
-
-        def layer(a: float) -> Self:
-            return cls(E=E, nu=nu, R=R, H=H, a=a, base=base)
-
+        layer = partial(cls, E=E, nu=nu, R=R, H=H, base=base)
         low = high = float(np.sqrt(2 * R * delta))
-        while layer(low).delta > delta:
+        while layer(a=low).delta > delta:
             low /= 2
-        while layer(high).delta < delta:
+        while layer(a=high).delta < delta:
             high *= 1.5
         if low == high:
-            return layer(low)
-        return layer(brentq(lambda a: layer(a).delta - delta, low, high, xtol=1e-15 * low, rtol=1e-14))
+            return layer(a=low)
+        return layer(a=brentq(lambda a: layer(a=a).delta - delta, low, high, xtol=1e-15 * low, rtol=1e-14))
 
     @property
     def E_star(self) -> float:
@@ -106,9 +104,7 @@ class Layer:
 
     def pressure(self, x: ArrayLike) -> Floats:
         """p(x) on top [Pa]."""
-        s = np.clip(np.asarray(x, dtype=float) / self.a, -1, 1)
-        odd = 2 * np.arange(len(self._expansion.c)) + 1
-        return np.sin(np.multiply.outer(np.arccos(s), odd)) @ self._expansion.c
+        return chebyshev_sum(self._expansion.c, np.asarray(x, dtype=float) / self.a)
 
     @cached_property
     def _expansion(self) -> Expansion:
@@ -135,8 +131,8 @@ class Layer:
         logarithm[:, 0] += 0.5 * np.pi * (np.log(2) + np.log(2 / alpha))
 
         omega, weight = composite_gauss(CUTOFF, panels=n // 4)
-        transform = transform_of_chebyshev(k, alpha * omega)
-        density = (weight / omega * layer_symbol_minus_one(omega, self.base, self.nu)) * transform
+        transform = chebyshev_transform(k, alpha * omega)
+        density = (weight / omega * _symbol_minus_one(omega, self.base, self.nu)) * transform
         remainder = np.cos(alpha * np.outer(s, omega)) @ density.T
         remainder[:, 0] += 0.5 * np.pi * weight @ (np.exp(-2 * omega) / omega)
 
@@ -145,20 +141,7 @@ class Layer:
         return Expansion(solution[:n] * self.E_star * self.H / self.R, float(solution[n] * self.H**2 / self.R))
 
 
-def composite_gauss(length: float, panels: int) -> tuple[Floats, Floats]:
-    """Nodes and weights on [0, length]: 32 Gauss points on each of equal panels (one rule of 1000 points loses digits)."""
-    node, weight = np.polynomial.legendre.leggauss(32)
-    h = length / panels
-    return (h * (np.arange(panels)[:, None] + 0.5 * (1 + node))).ravel(), np.tile(0.5 * h * weight, panels)
-
-
-def transform_of_chebyshev(k: NDArray[np.int64], z: Floats) -> Floats:
-    """∫₋₁¹ √(1−s²) U_2k(s) cos(zs) ds = (−1)ᵏ π (2k+1) J_2k+1(z)/z, shape (len(k), len(z))."""
-    m = (2 * k + 1)[:, None]
-    return (1 - 2 * (k % 2))[:, None] * np.pi * m * jv(m, z) / z
-
-
-def layer_symbol_minus_one(omega: Floats, base: str, nu: float) -> Floats:
+def _symbol_minus_one(omega: Floats, base: str, nu: float) -> Floats:
     """L(ω) − 1, in terms of e^{−2ω} so that nothing overflows."""
     e = np.exp(-2 * omega)
     if base == "frictionless":

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
-from validation.exact.common import Floats, positive
+from validation.exact.common import Floats, positive, radius
 
 BALL_TANGENT = 0.9  # radius beyond which the ball is continued by its tangent cone
 
@@ -31,7 +31,7 @@ class MembraneBall:
     def __post_init__(self) -> None:
         positive(R=self.R)
         lowest = BALL_TANGENT * np.exp(1 / BALL_TANGENT**2 - 1)
-        if self.R < lowest:
+        if lowest > self.R:
             raise ValueError(f"R = {self.R}: must be >= {lowest:.6f}, else the contact passes r = {BALL_TANGENT}")
 
     @cached_property
@@ -56,13 +56,13 @@ class MembraneBall:
 
     def displacement(self, points: ArrayLike) -> Floats:
         """u at points (n, 2), shape (n)."""
-        r = np.linalg.norm(np.asarray(points, dtype=float), axis=-1)
+        r = radius(points)
         outside = -self.A * np.log(np.maximum(r, self.a)) + self.B
         return np.where(r < self.a, np.sqrt(np.maximum(1 - r**2, 0)), outside)
 
     def obstacle(self, points: ArrayLike) -> Floats:
         """The lower bound of u at points (n, 2), shape (n)."""
-        r = np.linalg.norm(np.asarray(points, dtype=float), axis=-1)
+        r = radius(points)
         height = np.sqrt(1 - BALL_TANGENT**2)
         cone = height - BALL_TANGENT / height * (r - BALL_TANGENT)
         return np.where(r < BALL_TANGENT, np.sqrt(np.maximum(1 - r**2, 0)), cone)
@@ -104,10 +104,10 @@ class MembraneDisc:
 
     def displacement(self, points: ArrayLike) -> Floats:
         """u at points (n, 2), shape (n)."""
-        r = np.linalg.norm(np.asarray(points, dtype=float), axis=-1)
+        r = radius(points)
         if self.a == 0:
             return self.f * (self.R**2 - r**2) / 4
-        beside = np.maximum(r, self.a)
+        beside: Floats = np.maximum(r, self.a)
         return self.f * (self.R**2 - beside**2) / 4 - 0.5 * self.f * self.a**2 * np.log(self.R / beside)
 
 
@@ -145,5 +145,5 @@ class String:
     def displacement(self, x: ArrayLike) -> Floats:
         """u(x)."""
         x = np.asarray(x, dtype=float)
-        near = np.minimum(np.minimum(x, self.L - x), self.a)
+        near: Floats = np.minimum(np.minimum(x, self.L - x), self.a)
         return 0.5 * self.f * near * (2 * self.a - near)

@@ -47,7 +47,7 @@ class Cone(AxisymmetricContact):
 
     def pressure(self, r: ArrayLike) -> Floats:
         """p(r) on z = 0 [Pa]; infinite at r = 0."""
-        return 0.5 * self.E_star * np.tan(self.alpha) * _acosh_of_inverse(np.asarray(r, dtype=float) / self.a)
+        return 0.5 * self.E_star * float(np.tan(self.alpha)) * _acosh_of_inverse(np.asarray(r, dtype=float) / self.a)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,8 +79,8 @@ class FlatPunch(AxisymmetricContact):
     def pressure(self, r: ArrayLike) -> Floats:
         """p(r) on z = 0 [Pa]; infinite at r = a."""
         squared = self.a**2 - np.asarray(r, dtype=float) ** 2
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return np.where(squared < 0, 0, self.E_star * self.delta / (np.pi * np.sqrt(squared)))
+        with np.errstate(divide="ignore"):
+            return np.where(squared < 0, 0, self.E_star * self.delta / (np.pi * np.sqrt(np.abs(squared))))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,7 +128,7 @@ class Wedge(HalfPlane):
 
     def pressure(self, x: ArrayLike) -> Floats:
         """p(x) on y = 0 [Pa]; infinite at x = 0."""
-        return self.E_star * np.tan(self.alpha) / np.pi * _acosh_of_inverse(np.asarray(x, dtype=float) / self.a)
+        return self.E_star * float(np.tan(self.alpha)) / np.pi * _acosh_of_inverse(np.asarray(x, dtype=float) / self.a)
 
 
 def _acosh_of_inverse(s: Floats) -> Floats:

@@ -7,24 +7,23 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq
+from scipy.optimize import brentq, newton
 from scipy.special import jv
 
+from validation.exact.chebyshev import chebyshev_sum, chebyshev_transform, composite_gauss
 from validation.exact.common import Floats, positive
-from validation.exact.layer import composite_gauss, transform_of_chebyshev
 
 CUTOFF = 48.0  # ω e^{−ω} < 1e-18 beyond
 TOLERANCE = 1e-10
-LARGEST_EXPANSION = 128
 
 
 @dataclass(frozen=True, kw_only=True)
 class Receding:
     """Plane strain of the layer 0 < y < H on a frictionless unilateral plane under P spread over |x| < bH on top.
 
-    A pressure of wave number k on both faces moves each inwards by (2/E*|k|) L_s, one that pushes the faces the same way
-    by (2/E*|k|) L_a: L_s = 2 sinh²(ω/2)/(sinh ω + ω), L_a = 2 cosh²(ω/2)/(sinh ω − ω), ω = |k|H. The bottom stays flat in
-    the contact |x| < a, so that its slope vanishes there:
+    A pressure of wave number k on both faces moves each inwards by (2/E*|k|) L_s, one that pushes the faces the same
+    way by (2/E*|k|) L_a: L_s = 2 sinh²(ω/2)/(sinh ω + ω), L_a = 2 cosh²(ω/2)/(sinh ω − ω), ω = |k|H. The bottom stays
+    flat in the contact |x| < a, so that its slope vanishes there:
     ∫₀^∞ [(L_s+L_a) p̂ + (L_s−L_a) p̂_top] sin(kx) dk = 0, with p̂(0) = p̂_top(0) = P and p = 0 at ±a.
     a/H and p(0)H/P depend on b only: not on P, E and ν.
 
@@ -42,8 +41,9 @@ class Receding:
     ValueError : a parameter outside its range.
     RuntimeError : the expansion does not converge.
 
-    Checked: L_s and L_a by the matrix exponential of the transformed equations of elasticity; p > 0; the bottom's slope by
-    an independent quadrature in x and k; the catalogue's figures. Source: Keer, Dundurs & Tsai, J. Appl. Mech. 39 (1972) 1115.
+    Checked: L_s and L_a by the matrix exponential of the transformed equations of elasticity; p > 0; the bottom's slope
+    by an independent quadrature in x and k; the catalogue's figures.
+    Source: after Keer, Dundurs & Tsai, J. Appl. Mech. 39 (1972) 1115, with a rigid plane for their half-space.
     """
 
     b: float
@@ -67,26 +67,22 @@ class Receding:
 
     def pressure(self, x: ArrayLike) -> Floats:
         """p(x) on the plane [Pa]."""
-        c = self._expansion[1]
-        s = np.clip(np.asarray(x, dtype=float) / self.a, -1, 1)
-        return self.P / self.H * (np.sin(np.multiply.outer(np.arccos(s), 2 * np.arange(len(c)) + 1)) @ c)
+        return self.P / self.H * chebyshev_sum(self._expansion[1], np.asarray(x, dtype=float) / self.a)
 
     @cached_property
     def _expansion(self) -> tuple[float, Floats]:
         """a/H and c_k H/P."""
-        (alpha, c), n = self._solve(8), 16
-        while n <= LARGEST_EXPANSION:
-            finer_alpha, finer_c = self._solve(n)
+        start = 8 * (1 + int(self.b / 3))  # fewer terms than about 8a/3H do not bracket a
+        alpha = brentq(lambda alpha: self._collocate(alpha, start)[0], max(0.6, 0.8 * self.b), self.b + 1)
+        c, n = self._collocate(alpha, start)[1], 2 * start
+        while n <= 8 * start:
+            finer_alpha = newton(lambda alpha, n=n: self._collocate(alpha, n)[0], alpha, tol=1e-13, rtol=1e-13)
+            finer_c = self._collocate(finer_alpha, n)[1]
             change = np.abs(finer_c[: len(c)] - c).max()
             if abs(finer_alpha - alpha) <= TOLERANCE * alpha and change <= TOLERANCE * finer_c[0]:
                 return finer_alpha, finer_c
             alpha, c, n = finer_alpha, finer_c, 2 * n
-        raise RuntimeError(f"b = {self.b}: {LARGEST_EXPANSION} Chebyshev terms do not reach {TOLERANCE}")
-
-    def _solve(self, n: int) -> tuple[float, Floats]:
-        low, high = max(0.6, 0.8 * self.b), self.b + 1.0
-        alpha = brentq(lambda alpha: self._collocate(alpha, n)[0], low, high, xtol=1e-14)
-        return alpha, self._collocate(alpha, n)[1]
+        raise RuntimeError(f"b = {self.b}: {8 * start} Chebyshev terms do not reach {TOLERANCE}")
 
     def _collocate(self, alpha: float, n: int) -> tuple[float, Floats]:
         """β and c_k in units of P/H for the trial a = αH, with the force balance eliminated: c₀ = 2/πα − 2β."""
@@ -96,7 +92,7 @@ class Receding:
         sine = weight * np.sin(alpha * np.outer(np.cos(theta), omega))
 
         k = np.arange(n)
-        transform = alpha * transform_of_chebyshev(k, alpha * omega)
+        transform = alpha * chebyshev_transform(k, alpha * omega)
         transform[0] = -alpha * np.pi * jv(2, alpha * omega)  # of 1/√(1−s²) − 2√(1−s²), which carries no force
         system = sine @ (transform * (symmetric + antisymmetric)).T
         system += 2 * np.pi * np.cos(np.outer(theta, 2 * k + 1)) * np.where(k == 0, -2, 1)

@@ -24,7 +24,7 @@ class Transition(HalfPlane):
     x0 : edge of the contact zone [m]
 
     Checked: as `HalfPlane`; pressure, lift and a free surface on y = 0; |u|_H¹ = 2.608 for E=1, ν=.3, C=1, x₀=π/30 in
-    [−1,1]×[0,1]. Source: the first term of the expansion of Johnson, Contact Mechanics, §5.1, at an edge without friction.
+    [−1,1]×[0,1]. Source: the leading term at an edge of a smooth contact, Johnson, Contact Mechanics, §5.1.
     """
 
     C: float

@@ -1,0 +1,45 @@
+"""Projected Gauss–Seidel on W."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from contact.solvers.certificate import scaled
+from contact.solvers.columns import dense
+from contact.solvers.problem import ContactNotConvergedError, ContactProblem, Floats, Solution
+
+TIME_LIMIT = 60.0
+
+
+def solve(problem: ContactProblem, start: Floats | None = None, tolerance: float = 1e-12) -> Solution:
+    """Find λ with 0 ≤ Wλ + q ⊥ λ ≥ 0 by λᵢ ← max(0, λᵢ − δᵢ/Wᵢᵢ), row after row.
+
+    Forms all of W. Stops where max|min(Wᵢᵢ λᵢ, δᵢ)|/ℓ ≤ `tolerance`; `iterations` counts sweeps.
+
+    Raises
+    ------
+    ContactNotConvergedError
+        After `TIME_LIMIT` seconds, with the λ reached.
+
+    Source: Cryer, SIAM J. Control 9 (1971).
+    """
+    from contact.solvers import kernels
+
+    W, q = dense(problem.W), np.ascontiguousarray(problem.q, float)
+    lam = np.zeros_like(q) if start is None else np.maximum(start, 0.0)
+    diagonal, sweeps, block = np.diagonal(W), 0, 1
+    begun = time.perf_counter()
+    while True:
+        delta = W @ lam + q
+        residual = scaled(diagonal * lam, delta, q)
+        if residual <= tolerance:
+            return Solution(lam, np.empty(0), delta, sweeps)
+        elapsed = time.perf_counter() - begun
+        if elapsed > TIME_LIMIT:
+            raise ContactNotConvergedError("out of time", sweeps, residual, lam)
+        kernels.gauss_seidel(W, q, lam, block)
+        sweeps += block
+        # look at the residual often at first, later about once a second
+        block = min(2 * block, 1 + int(sweeps / max(elapsed, 1e-3)))

@@ -1,0 +1,1 @@
+"""The closed forms, each against a second way to the same answer."""
