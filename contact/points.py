@@ -18,7 +18,7 @@ from petsc4py import PETSc
 
 from fem.body import Body
 from fem.elements import order_of, quadrature, shape
-from fem.geometry import map_facets
+from fem.geometry import MappedCells, MappedFacets, map_cells, map_facets
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -109,12 +109,9 @@ def nodal(body: Body, tag: str) -> ContactPoints:
     ones = np.ones((len(nodes), 1))
     places = _spread(body, len(numbers), rows, body.points[nodes])
     areas = np.zeros(len(numbers))
-    if space.dim > 1:
-        mapped = map_facets(space.piece.points, facets, 4, body.model.axisymmetric)
-        np.add.at(areas, mine, np.einsum("fq,qa->fa", mapped.weights, mapped.values))
-        areas = space.comm.allreduce(areas)
-    else:
-        areas = np.ones(len(numbers))
+    mapped = surface_map(body, facets)
+    np.add.at(areas, mine, np.einsum("fq,qa->fa", mapped.weights, mapped.values))
+    areas = space.comm.allreduce(areas)
     return ContactPoints(body, nodes[:, None], ones, rows[:, None], ones, places, areas)
 
 
@@ -145,6 +142,14 @@ def mortar(body: Body, tag: str, degree: int = 6) -> ContactPoints:
         places,
         areas,
     )
+
+
+def surface_map(body: Body, facets: Ints, degree: int = 4) -> MappedFacets | MappedCells:
+    """A quadrature rule on facets of a body, or on its cells where it touches with those."""
+    X, axisymmetric = body.space.piece.points, body.model.axisymmetric
+    if facets.shape[1] == body.space.piece.cells.shape[1]:
+        return map_cells(X, facets, degree, axisymmetric)
+    return map_facets(X, facets, degree, axisymmetric)
 
 
 def _rows(body: Body, nodes: Ints) -> tuple[Ints, Ints]:

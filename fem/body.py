@@ -17,6 +17,7 @@ from fem.space import Space
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+SURFACE = "surface"
 Field = float | Callable[[Floats, float], Any]
 
 
@@ -134,7 +135,12 @@ class Body:
         return float((high - low).max())
 
     def facets(self, tag: str) -> Ints:
-        """Local nodes of the facets that carry `tag` on this rank, (f, k)."""
+        """Local nodes of the facets that carry `tag` on this rank, (f, k).
+
+        A body that moves across its own plane (string, membrane) touches with its cells, under the tag ``surface``.
+        """
+        if tag == SURFACE and self.frame.shape[1] > self.space.dim:
+            return self.space.piece.cells
         if tag not in self.space.piece.facets:
             known = ", ".join(sorted(self.space.piece.facets)) or "none"
             raise ValueError(f"body {self.name!r}: its mesh has no tag {tag!r} (it has: {known})")

@@ -69,7 +69,7 @@ def compare(
 
 
 def _compared(record: RecordReader) -> set[str]:
-    return {name for name in record.names() if not name.startswith("/steps/seconds/") and name != "/scene"}
+    return {name for name in record.names if not name.startswith("/steps/seconds/") and name != "/scene"}
 
 
 def _order(name: str) -> tuple[int, str]:

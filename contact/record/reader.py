@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from functools import cached_property
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -86,6 +87,7 @@ class RecordReader:
         }
         return Grid(**{name: self.file[f"{GRID}/{dataset}"][:] for name, dataset in names.items()})
 
+    @cached_property
     def names(self) -> list[str]:
         """Full names of all data sets but the two places of the checkpoint, each once."""
         return [name for name in dataset_names(self.file) if not name.startswith("/checkpoint/")]
@@ -94,7 +96,7 @@ class RecordReader:
         """One row per step, by the names below ``/steps``; phases are ``seconds/assemble`` and so on."""
         return {
             name.removeprefix("/steps/"): self.file[name][: self.count]
-            for name in self.names()
+            for name in self.names
             if name.startswith("/steps/")
         }
 
@@ -170,7 +172,7 @@ class RecordReader:
             raise ValueError(f"{self.path}: there is no step {step}, allowed is {allowed}")
         contacts = self._contacts_after(step), self._contacts_after(step + 1)
         found = {}
-        for name in self.names():
+        for name in self.names:
             start = self._committed(name, step, contacts[0])
             end = self._committed(name, step + 1, contacts[1])
             if name.startswith(prefix) and start is not None:

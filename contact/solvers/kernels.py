@@ -8,6 +8,8 @@ from numba import njit
 from contact.solvers.problem import Floats, Ints
 
 DONE, WANTED, INFEASIBLE, STALLED = 0, 1, 2, 3
+# A pivot above this part of its diagonal entry is no rounding.
+SURE = 1e-5
 _MATHS = {"reassoc", "contract", "nnan", "nsz"}
 
 
@@ -160,16 +162,24 @@ def ratio_tested(
             square = diagonal
             for i in range(n):
                 square -= border[i] * border[i]
-            if square > pivot * diagonal:
+            dependent = square <= pivot * diagonal
+            if square > SURE * diagonal:
                 break
             null = -border
             solve_upper(U, n, null)
+            # W's errors reach the pivot through the null direction
+            weight = np.sqrt(diagonal)
+            for i in range(n):
+                weight += abs(null[i]) * np.sqrt(columns[slot[order[i]], order[i]])
+            dependent = dependent or square <= noise * weight * weight
+            if not dependent:
+                break
             alpha, k, size = np.inf, -1, abs(q[enter])
             for i in range(n):
                 row = order[i]
                 size += abs(q[row] * null[i])
-                weight = np.sqrt(columns[slot[row], row])
-                if null[i] * weight < -1e-10 * np.sqrt(diagonal) and lam[row] < -alpha * null[i]:
+                pull = null[i] * np.sqrt(columns[slot[row], row])
+                if pull < -1e-10 * weight and lam[row] < -alpha * null[i]:
                     alpha, k = -lam[row] / null[i], i
             if k < 0:
                 if -delta[enter] > 1e-11 * size:
@@ -185,7 +195,7 @@ def ratio_tested(
             order[k : n - 1] = order[k + 1 : n]
             n -= 1
             state[3] += 1
-        if square > pivot * diagonal:
+        if not dependent:
             U[:n, n] = border
             U[n, n] = np.sqrt(square)
             order[n] = enter

@@ -26,11 +26,11 @@ def positive(**parameters: float) -> None:
             raise ValueError(f"{name} = {value}: must be > 0")
 
 
-def elastic(*, E: float, nu: float) -> None:
-    """Raise ValueError unless E > 0 and -1 < nu <= 1/2."""
-    positive(E=E)
+def elastic(*, E: float, nu: float, body: str = "") -> None:
+    """Raise ValueError unless E > 0 and -1 < nu <= 1/2; `body` is what follows E and nu in their names."""
+    positive(**{f"E{body}": E})
     if not -1 < nu <= 0.5:
-        raise ValueError(f"nu = {nu}: must be > -1 and <= 1/2")
+        raise ValueError(f"nu{body} = {nu}: must be > -1 and <= 1/2")
 
 
 def slope_angle(**parameters: float) -> None:

@@ -133,11 +133,8 @@ class ShrinkFit:
     delta: float
 
     def __post_init__(self) -> None:
-        for body, (E, nu) in {"1": (self.E1, self.nu1), "2": (self.E2, self.nu2)}.items():
-            try:
-                elastic(E=E, nu=nu)
-            except ValueError as error:
-                raise ValueError(f"body {body}: {error}") from None
+        elastic(E=self.E1, nu=self.nu1, body="1")
+        elastic(E=self.E2, nu=self.nu2, body="2")
         ascending(a=self.a, b=self.b, c=self.c)
         positive(delta=self.delta)
 

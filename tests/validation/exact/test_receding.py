@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scipy.special import roots_chebyu
+from scipy.special import roots_chebyu, roots_legendre
 
 from validation.exact.receding import Receding, _symbols_minus_one
 
@@ -31,12 +31,12 @@ def test_symbols_are_those_of_the_transformed_equations(nu):
 
 @pytest.mark.parametrize("b", [0, 0.5, 1])
 def test_bottom_is_flat_in_contact_and_lifts_off_outside(b):
-    """The bottom's slope, averaged with the weight exp(−(s/2ε)²): 0 away from the edge, upwards beyond it; H = P = 1."""
+    """The bottom's slope, averaged with the weight exp(−(s/2ε)²): 0 away from the edge, upwards beyond it."""
     contact, eps = Receding(b=b), 0.02
     s, w = roots_chebyu(400)
     p_dx = w * contact.a * contact.pressure(contact.a * s) / np.sqrt(1 - s**2)
     assert_allclose(p_dx.sum(), 1, rtol=1e-12)
-    node, weight = np.polynomial.legendre.leggauss(1200)
+    node, weight = roots_legendre(900)
     k, weight = 160 * (1 + node), 160 * weight
     moment = -2 * np.sin(0.5 * contact.a * np.outer(k, s)) ** 2 @ p_dx  # p̂ − P, accurate for small k
     top = np.sinc(b * k / np.pi) - 1
@@ -62,9 +62,9 @@ def test_pressure_is_positive_and_converged(b):
 
 
 def test_wide_load_is_carried_below_itself():
-    contact = Receding(b=4)
-    assert_allclose(contact.p0, 1 / 8, rtol=1e-3)
-    assert 4 < contact.a < 4.5
+    contact = Receding(b=2.5)
+    assert_allclose(contact.p0, 1 / 5, rtol=1e-2)
+    assert 2.5 < contact.a < 3
 
 
 @pytest.mark.parametrize(("bad", "message"), [({"b": -0.1}, "b = -0.1"), ({"H": 0}, "H = 0"), ({"P": -1}, "P = -1")])

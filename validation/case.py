@@ -1,0 +1,194 @@
+"""A case of the catalogue: parameters, resolution, a scene, and quantities with known values."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contact.build import build
+from contact.clock import Clock
+from contact.scene import Scene
+from contact.step import StepResult, step
+from contact.system import System
+
+Floats = NDArray[np.float64]
+Parameter = float | str
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A computed number beside its exact value; the error is relative unless the exact value is 0."""
+
+    name: str
+    computed: float
+    exact: float
+    tolerance: float
+
+    @property
+    def error(self) -> float:
+        """|computed − exact| / |exact|."""
+        return abs(self.computed - self.exact) / (abs(self.exact) or 1.0)
+
+    @property
+    def passed(self) -> bool:
+        """Whether the error is at most the tolerance; never for NaN."""
+        return self.error <= self.tolerance
+
+
+@dataclass(frozen=True)
+class Case:
+    """A case: `solve`(run) builds a scene, solves it through the run and returns the quantities.
+
+    parameters : the symbols of the catalogue with their default values, and words such as ``constraint``
+    levels : default mesh sizes h [m], coarse to fine; empty where there is no mesh to choose
+    rates : for quantities whose convergence is claimed over the levels, by order of the elements: (rate, tolerance)
+    """
+
+    name: str
+    solve: Callable[[Run], list[Quantity]]
+    parameters: dict[str, Parameter]
+    levels: tuple[float, ...] = ()
+    orders: tuple[int, ...] = (2,)
+    rates: dict[str, dict[int, tuple[float, float]]] = field(default_factory=dict)
+    n_to_h: Callable[[int], float] | None = None
+    method: str = "status"
+
+    @property
+    def summary(self) -> str:
+        """The first line of the case's docstring."""
+        return (self.solve.__doc__ or "").strip().split("\n")[0]
+
+    def configure(self, changes: dict[str, Parameter]) -> dict[str, Parameter]:
+        """The parameters after `changes`.
+
+        Raises
+        ------
+        ValueError
+            where the case has no such parameter, or the value is of another type.
+        """
+        result = dict(self.parameters)
+        for key, value in changes.items():
+            if key not in result:
+                raise ValueError(f"{self.name}: {key} = {value}: unknown, must be one of {', '.join(result)}")
+            if isinstance(result[key], str) != isinstance(value, str) or (
+                not isinstance(value, str) and not math.isfinite(value)
+            ):
+                kind = "a word" if isinstance(result[key], str) else "a finite number"
+                raise ValueError(f"{self.name}: {key} = {value}: must be {kind}")
+            result[key] = value
+        return result
+
+
+CASES: dict[str, Case] = {}
+
+
+def case(
+    name: str,
+    parameters: dict[str, Parameter],
+    **options: Any,
+) -> Callable[[Callable[[Run], list[Quantity]]], Callable[[Run], list[Quantity]]]:
+    """Enter a function into the catalogue as the case `name`; `options` are the other fields of `Case`."""
+
+    def register(solve: Callable[[Run], list[Quantity]]) -> Callable[[Run], list[Quantity]]:
+        CASES[name] = Case(name, solve, parameters, **options)
+        return solve
+
+    return register
+
+
+@dataclass
+class Solved:
+    """A scene's system after its step."""
+
+    system: System
+    result: StepResult
+
+    def forces(self, contact: int = 0) -> Floats:
+        """λ of one contact of the scene, (c) [N]."""
+        counts = [c.count for c in self.result.linearisation.constraints]
+        start = sum(counts[:contact])
+        lam: Floats = self.result.lam[start : start + counts[contact]]
+        return lam
+
+    def places(self, contact: int = 0) -> Floats:
+        """Undeformed positions of one contact's constraints, (c, D) [m]."""
+        places: Floats = self.result.linearisation.constraints[contact].places
+        return places
+
+    def resultant(self, contact: int = 0) -> Floats:
+        """Σ λ n of one contact [N], (D)."""
+        force: Floats = self.forces(contact) @ self.result.linearisation.constraints[contact].normals
+        return force
+
+
+class Run:
+    """One case at one level: parameters, resolution and method; it solves the case's scene and keeps what that took.
+
+    Collective on `comm`.
+    """
+
+    def __init__(
+        self, case: Case, comm: Any, parameters: dict[str, Parameter], h: float, order: int, method: str
+    ) -> None:
+        self.case, self.comm, self.parameters = case, comm, parameters
+        self.h, self.order, self.method = h, order, method
+        self.solved: Solved | None = None
+        self.seconds: dict[str, float] = {}
+
+    def __getitem__(self, name: str) -> Any:
+        return self.parameters[name]
+
+    def values(self, *names: str) -> dict[str, Any]:
+        """Some parameters as keyword arguments."""
+        return {name: self.parameters[name] for name in names}
+
+    def solve(self, **scene: Any) -> Solved:
+        """Build and solve a scene given by its tables, to residuals of 1e-8. Collective."""
+        clock = Clock()
+        model = Scene.model_validate({"solver": {"method": self.method}, **scene})
+        system = build(model, self.comm, clock=clock)
+        clock.lap()
+        system.prepare()
+        self.solved = Solved(system, step(system, model.time.end, model.solver.method))
+        self.seconds = clock.lap()
+        return self.solved
+
+    def close(self) -> None:
+        """Destroy the PETSc objects of the run. Collective."""
+        if self.solved is not None:
+            self.solved.system.close()
+
+    def report(self, quantities: list[Quantity]) -> dict[str, Any]:
+        """The object that ``validate --json`` prints."""
+        assert self.solved is not None
+        result = self.solved.result
+        seconds = {k: v for k, v in self.seconds.items() if k != "output"}
+        return {
+            "case": self.case.name,
+            "parameters": self.parameters,
+            "method": self.method,
+            "order": self.order,
+            "h": self.h,
+            "dofs": sum(body.space.size for body in self.solved.system.bodies),
+            "contacts": len(result.lam),
+            "quantities": {q.name: quantity_entry(q) for q in quantities},
+            "certificate": asdict(result.certificate),
+            "iterations": result.iterations,
+            "time": seconds,
+            "passed": all(q.passed for q in quantities),
+        }
+
+
+def quantity_entry(q: Quantity) -> dict[str, Any]:
+    """A quantity as ``validate --json`` prints it."""
+    return {"computed": q.computed, "exact": q.exact, "error": q.error, "tolerance": q.tolerance, "passed": q.passed}
+
+
+def fitted_rate(h: list[float], errors: list[float]) -> float:
+    """The slope of log(error) over log(h) by least squares."""
+    return float(np.polyfit(np.log(h), np.log(errors), 1)[0])

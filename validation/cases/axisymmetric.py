@@ -1,0 +1,144 @@
+"""Bodies of revolution pressed on a punch below, in a finite cylinder or box with the exact field on its sides."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contact.surfaces import Graph
+from validation.case import Quantity, Run, case
+from validation.exact.axisymmetric import AxisymmetricContact
+from validation.exact.hertz_point import HertzPoint
+from validation.exact.punches import Cone, FlatPunch
+from validation.measure import contact_edge, pressure_at_pole
+
+Floats = NDArray[np.float64]
+
+
+def _section(run: Run, exact: AxisymmetricContact, surface: object, grading: object = None) -> dict[str, object]:
+    """The cylinder r, z ≤ 1 on its axis, moved on its far sides as the exact half-space moves."""
+
+    def field(x: Floats, t: float) -> Floats:
+        return exact.displacement(x)
+
+    mesh = {"shape": "box", "size": [1.0, 1.0], "h": run.h, "order": run.order, "structured": True, "grading": grading}
+    body = {
+        "name": "body",
+        "mesh": mesh,
+        "material": {**run.values("E", "nu"), "state": "axisymmetric"},
+        "supports": [
+            {"tag": "left", "component": "r"},
+            {"tag": "right", "value": field},
+            {"tag": "top", "value": field},
+        ],
+    }
+    contact = {
+        "body": "body",
+        "tag": "bottom",
+        "surface": surface,
+        "direction": [0.0, 1.0],
+        "constraint": run["constraint"],
+        "interference": 10.0,
+    }
+    return {"body": [body], "contact": [contact]}
+
+
+@case(
+    "hertz-point",
+    {"E": 1.0, "nu": 0.3, "R": 1.0, "a": 0.3, "model": "axisymmetric", "constraint": "mortar"},
+    levels=(1 / 80,),
+)
+def hertz_point(run: Run) -> list[Quantity]:
+    """Hertz's point contact with a paraboloid, `model` axisymmetric or 3d: force, approach, pressure at the pole."""
+    exact = HertzPoint(**run.values("E", "nu", "R", "a"))
+    if run["model"] not in ("axisymmetric", "3d"):
+        raise ValueError(f"hertz-point: model = {run['model']}: must be axisymmetric or 3d")
+    if run["model"] == "3d":
+        return _hertz_point_3d(run, exact)
+    surface = {"kind": "paraboloid", "origin": [0.0, exact.delta], "radius": run["R"]}
+    solved = run.solve(**_section(run, exact, surface))
+    lam, r, areas = solved.forces(), solved.places()[:, 0], solved.result.linearisation.constraints[0].areas
+    if run["constraint"] == "mortar":
+        p0, pressure = float(lam[np.argmin(r)] / areas[np.argmin(r)]), lam / areas
+    else:
+        p0 = pressure_at_pole(solved.system.bodies[0], "bottom", solved.places(), lam, 0.5 * run["a"])
+        pressure = np.where(areas > 0, lam / np.maximum(areas, 1e-300), 0.0)
+    return [
+        Quantity("force", lam.sum(), exact.P, 1e-4),
+        Quantity("p0", p0, exact.p0, 1e-3),
+        Quantity("radius", contact_edge(r, pressure), run["a"], 2 * run.h / run["a"]),
+    ]
+
+
+def _hertz_point_3d(run: Run, exact: HertzPoint) -> list[Quantity]:
+    """A quarter of the box, cells of size h on the contact."""
+
+    def field(x: Floats, t: float) -> Floats:
+        return exact.displacement(x)
+
+    a = run["a"]
+    refine = {"at": [0.0, 0.0, 0.0], "radius": 1.1 * a, "h": run.h, "growth": 0.5}
+    body = {
+        "name": "body",
+        "mesh": {"shape": "box", "size": [1.0, 1.0, 1.0], "h": max(0.2, run.h), "order": run.order, "refine": refine},
+        "material": {**run.values("E", "nu"), "state": "3d"},
+        "supports": [
+            {"tag": "left", "component": "x"},
+            {"tag": "front", "component": "y"},
+            *({"tag": side, "value": field} for side in ("right", "back", "top")),
+        ],
+    }
+    contact = {
+        "body": "body",
+        "tag": "bottom",
+        "surface": {"kind": "paraboloid", "origin": [0.0, 0.0, exact.delta], "radius": run["R"]},
+        "direction": [0.0, 0.0, 1.0],
+        "constraint": "mortar",
+        "interference": 10.0,
+    }
+    solved = run.solve(body=[body], contact=[contact])
+    lam, x, areas = solved.forces(), solved.places(), solved.result.linearisation.constraints[0].areas
+    pole = np.argmin(np.linalg.norm(x, axis=1))
+    return [
+        Quantity("force", 4 * lam.sum(), exact.P, 1e-3),
+        Quantity("p0", float(lam[pole] / areas[pole]), exact.p0, 1e-2),
+    ]
+
+
+@case("punch-cone", {"E": 1.0, "nu": 0.3, "alpha": 0.1, "delta": 0.05, "constraint": "nodal"}, levels=(1 / 80,))
+def punch_cone(run: Run) -> list[Quantity]:
+    """A cone inclined by α [rad], pressed in by δ: force and radius of contact; the pressure is singular at the tip."""
+    exact = Cone(**run.values("E", "nu", "alpha", "delta"))
+    surface = {"kind": "cone", "origin": [0.0, exact.delta], "slope": float(np.tan(run["alpha"]))}
+    solved = run.solve(**_section(run, exact, surface))
+    lam, r, areas = solved.forces(), solved.places()[:, 0], solved.result.linearisation.constraints[0].areas
+    pressure = np.where(areas > 0, lam / np.maximum(areas, 1e-300), 0.0)
+    return [
+        Quantity("force", lam.sum(), exact.P, 1e-3),
+        Quantity("radius", contact_edge(r, pressure), exact.a, 2 * run.h / exact.a),
+    ]
+
+
+@case("punch-flat", {"E": 1.0, "nu": 0.3, "a": 0.3, "delta": 0.05, "constraint": "nodal"}, levels=(1 / 80,))
+def punch_flat(run: Run) -> list[Quantity]:
+    """A flat-ended cylinder of radius a pressed in by δ: force; the pressure is singular at the rim, where the mesh is graded."""
+    a, delta = run["a"], run["delta"]
+    exact = FlatPunch(**run.values("E", "nu", "a", "delta"))
+    never = np.full
+
+    def height(r: Floats) -> Floats:
+        return np.where(r[:, 0] <= a * (1 + 1e-12), 0.0, -1.0)
+
+    punch = Graph([0.0, delta], height, np.zeros_like, lambda x, y: never(len(x), np.inf))
+    n = max(2, round(1 / run.h))
+    inner = round(n / 2) / n
+
+    def towards_rim(s: Floats) -> Floats:
+        """A map of [0, 1] onto itself with a node at a and sizes that shrink quadratically towards it."""
+        s = np.asarray(s)
+        below = a * (1 - (1 - np.minimum(s / inner, 1)) ** 3)
+        above = a + (1 - a) * (np.maximum(s - inner, 0) / (1 - inner)) ** 3
+        return np.where(s <= inner, below, above)
+
+    solved = run.solve(**_section(run, exact, punch, [towards_rim, lambda s: np.asarray(s) ** 3]))
+    return [Quantity("force", solved.forces().sum(), exact.P, 1e-3)]

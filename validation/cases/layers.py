@@ -1,0 +1,131 @@
+"""Elastic layers in plane strain: pressed by a parabola on a rigid base, and lifting off the base they lie on."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from validation.case import Quantity, Run, case
+from validation.exact.layer import Layer
+from validation.exact.receding import Receding
+from validation.measure import contact_edge
+
+
+@case(
+    "layer",
+    {"E": 0.0, "nu": 0.3, "R": 1.0, "H": 1.0, "a": 0.5, "delta": 0.0, "base": "frictionless", "constraint": "mortar"},
+    levels=(1 / 40,),
+)
+def layer(run: Run) -> list[Quantity]:
+    """A layer of thickness H pressed by a parabola, by half-width `a` or, where given, by approach `delta`; E = 0 is 1 − ν²."""
+    E = run["E"] or 1 - run["nu"] ** 2
+    known = {"E": E, **run.values("nu", "R", "H", "base")}
+    exact = Layer.from_delta(**known, delta=run["delta"]) if run["delta"] else Layer(**known, a=run["a"])
+    H, a = run["H"], exact.a
+    # The layer's stresses die out over a few thicknesses; ten leave less than the discretisation error.
+    width = a + 10 * H
+    cells = [max(8, round((a + 3 * H) / run.h / 1.0)), max(4, round(H / run.h))]
+
+    def along(s: np.ndarray) -> np.ndarray:
+        """Fine over the contact, three times coarser far away."""
+        s = np.asarray(s)
+        return (s + 3 * s**4) / 4
+
+    supports = [{"tag": "axis", "component": "x"}, {"tag": "bottom", "component": "y"}]
+    if run["base"] == "bonded":
+        supports = [{"tag": "axis", "component": "x"}, {"tag": "bottom"}]
+    solved = run.solve(
+        body=[
+            {
+                "name": "layer",
+                "mesh": {
+                    "shape": "layer",
+                    "width": width,
+                    "thickness": H,
+                    "n": cells,
+                    "order": run.order,
+                    "structured": True,
+                    "grading": [along, 1.0],
+                },
+                "material": {"E": E, "nu": run["nu"], "state": "plane-strain"},
+                "supports": supports,
+            }
+        ],
+        contact=[
+            {
+                "body": "layer",
+                "tag": "top",
+                "surface": {"kind": "paraboloid", "origin": [0.0, -exact.delta], "radius": run["R"], "downward": True},
+                "direction": [0.0, -1.0],
+                "constraint": run["constraint"],
+                "interference": exact.delta,
+            }
+        ],
+    )
+    lam, x, areas = solved.forces(), solved.places()[:, 0], solved.result.linearisation.constraints[0].areas
+    pole = np.argmin(x)
+    return [
+        Quantity("force", 2 * lam.sum(), exact.P, 1e-3),
+        Quantity("p0", lam[pole] / areas[pole], exact.p0, 1e-3),
+        Quantity("half_width", contact_edge(x, lam / areas), a, 5e-3),
+    ]
+
+
+@case(
+    "receding",
+    {"E": 1.0, "nu": 0.3, "H": 1.0, "P": 1.0, "b": 0.0, "constraint": "mortar"},
+    levels=(1 / 40,),
+)
+def receding(run: Run) -> list[Quantity]:
+    """A layer that lies on a plane and is pressed by a strip load of half-width bH: it lifts off beyond a, whatever P.
+
+    Nothing but contact holds it vertically.
+    """
+    exact = Receding(**run.values("b", "H", "P"))
+    H, P, b = run["H"], run["P"], run["b"] * run["H"]
+    width = exact.a + 3 * H
+    cells = [max(8, round(width / run.h)), max(4, round(H / run.h))]
+    if b > 0:
+        # A node stands at the end of the strip.
+        cells[0] = max(8, round(round(b / run.h) * width / b))
+        width = cells[0] * b / max(1, round(b / run.h))
+        load = {"kind": "traction", "tag": "top", "value": lambda x, t: _strip(x, b, P)}
+    else:
+        load = {"kind": "traction", "tag": "top", "value": lambda x, t: _strip(x, width / cells[0], P)}
+    solved = run.solve(
+        body=[
+            {
+                "name": "layer",
+                "mesh": {
+                    "shape": "layer",
+                    "width": width,
+                    "thickness": H,
+                    "n": cells,
+                    "order": run.order,
+                    "structured": True,
+                },
+                "material": {**run.values("E", "nu"), "state": "plane-strain"},
+                "supports": [{"tag": "axis", "component": "x"}],
+                "loads": [load],
+            }
+        ],
+        contact=[
+            {
+                "body": "layer",
+                "tag": "bottom",
+                "surface": {"kind": "plane", "point": [0.0, -H], "normal": [0.0, 1.0]},
+                "constraint": run["constraint"],
+            }
+        ],
+    )
+    lam, x, areas = solved.forces(), solved.places()[:, 0], solved.result.linearisation.constraints[0].areas
+    pole = np.argmin(x)
+    return [
+        Quantity("a_over_H", contact_edge(x, lam / areas) / H, exact.a / H, 1e-3),
+        Quantity("p0_H_over_P", lam[pole] / areas[pole] * H / P, exact.p0 * H / P, 1e-3),
+        Quantity("force", 2 * lam.sum(), P, 1e-10),
+    ]
+
+
+def _strip(x: np.ndarray, b: float, P: float) -> np.ndarray:
+    """The traction of a strip load of half-width b and force P."""
+    return np.stack([np.zeros(len(x)), np.where(x[:, 0] < b, -P / (2 * b), 0.0)], axis=1)

@@ -1,0 +1,93 @@
+"""Numbers taken from a solved system: norms of errors, pressures, and where contact ends."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fem.body import Body
+from fem.geometry import map_cells, map_facets
+
+Floats = NDArray[np.float64]
+
+DEGREE = 8  # of the quadrature of errors, well above that of the elements
+
+
+def h1_error(body: Body, gradient: Callable[[Floats], Floats]) -> tuple[float, float]:
+    """|u − u_h| and |u_h| in the H¹ seminorm, for the exact ∂u_i/∂x_j (points, c, dim). Collective."""
+    piece, c = body.space.piece, body.space.components
+    error = norm = 0.0
+    for start in range(0, len(piece.cells), 4096):
+        cells = piece.cells[start : start + 4096]
+        mapped = map_cells(piece.points, cells, DEGREE, body.model.axisymmetric)
+        u = body.u[body.space.dofs_of(cells)].reshape(len(cells), cells.shape[1], c)
+        computed = np.einsum("mqai,maj->mqji", mapped.gradients, u, optimize=True)
+        exact = gradient(mapped.points.reshape(-1, body.space.dim)).reshape(computed.shape)
+        error += float(np.einsum("mq,mqij->", mapped.weights, (computed - exact) ** 2))
+        norm += float(np.einsum("mq,mqij->", mapped.weights, computed**2))
+    total = body.space.comm.allreduce(np.array([error, norm]))
+    return float(np.sqrt(total[0])), float(np.sqrt(total[1]))
+
+
+def nodal_error(body: Body, exact: Callable[[Floats], Floats]) -> float:
+    """The largest |u − u_h| at the nodes. Collective."""
+    c = body.space.components
+    values = exact(body.space.piece.points).reshape(-1, c)
+    u = body.u[body.space.displacements].reshape(-1, c)
+    worst = float(np.abs(values - u).max(initial=0.0))
+    return float(body.space.comm.allreduce(worst, op=max))
+
+
+def trace_moments(body: Body, tag: str, places: Floats, powers: int) -> Floats:
+    """∫ N_i x^{2m} ds of the nodes at `places` on the facets `tag`, m < powers, (c, powers); x from the first axis. Collective."""
+    piece, facets = body.space.piece, body.facets(tag)
+    mapped = map_facets(piece.points, facets, DEGREE, body.model.axisymmetric)
+    nodes = np.unique(facets)
+    moments = np.zeros((len(places), powers))
+    if len(nodes):
+        row = np.zeros(len(piece.points), dtype=np.int64)
+        row[nodes] = _nearest(places, piece.points[nodes])
+        for m in range(powers):
+            values = np.einsum("fq,qa,fq->fa", mapped.weights, mapped.values, mapped.points[..., 0] ** (2 * m))
+            np.add.at(moments[:, m], row[facets], values)
+    total: Floats = body.space.comm.allreduce(moments)
+    return total
+
+
+def pressure_at_pole(body: Body, tag: str, places: Floats, lam: Floats, window: float, powers: int = 3) -> float:
+    """p(0) of the even polynomial p(x) with ∫ N_i p ds = λ_i in the least-squares sense for the nodes |x| < `window`. Collective.
+
+    The consistent way back from nodal forces to a pressure: forces of second-order elements alternate from node to node,
+    the pressure behind them does not.
+    """
+    moments = trace_moments(body, tag, places, powers)
+    inside = np.abs(places[:, 0]) < window
+    scale = window ** (2 * np.arange(powers))
+    weight = 1 / np.sqrt(moments[inside, 0])
+    matrix = moments[inside] / scale * weight[:, None]
+    coefficients = np.linalg.lstsq(matrix, lam[inside] * weight, rcond=None)[0]
+    return float(coefficients[0])
+
+
+def contact_edge(x: Floats, pressure: Floats) -> float:
+    """Where a pressure that falls like √(a² − x²) reaches zero: the largest root of a line through p² in the outer half of contact."""
+    order = np.argsort(x)
+    x, p = x[order], np.maximum(pressure[order], 0.0)
+    loaded = np.flatnonzero(p > 0)
+    outer = loaded[x[loaded] > 0.5 * x[loaded[-1]]]
+    outer = outer[:-1] if len(outer) > 3 else outer
+    c = np.polynomial.Polynomial.fit(x[outer] ** 2, p[outer] ** 2, min(2, len(outer) - 1))
+    roots = c.roots()
+    near = x[loaded[-1]] ** 2
+    real = roots[np.abs(roots.imag) < 1e-12 * abs(near)].real
+    return float(np.sqrt(real[np.argmin(np.abs(real - near))]))
+
+
+def _nearest(places: Floats, points: Floats) -> NDArray[np.int64]:
+    from scipy.spatial import cKDTree
+
+    d = points.shape[1]
+    index: NDArray[np.int64] = cKDTree(places[:, :d]).query(points)[1]
+    return index
