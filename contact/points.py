@@ -3,8 +3,8 @@
 A contact point q moves with its body, x_q = X_q + Σ_k N_qk u_k; a constraint i is a weighted mean of gaps, δ_i = Σ_q T_qi g_q.
 Nodal constraints take the gap at each node of a surface; mortar constraints the mean against the hat function ψ_i of each
 vertex, δ_i = ∫ψ_i g ds / ∫ψ_i ds, whose multiplier is the vertex value of a pressure p_h = Σ_i ψ_i λ_i / ∫ψ_i ds.
-On the faces of second-order tetrahedra nodal forces of a uniform pressure vanish at the vertices, so that λ ≥ 0 node by
-node is wrong there: nodal constraints on such faces are refused.
+On second-order triangles nodal forces of a uniform pressure vanish at the vertices, so that λ ≥ 0 node by node is wrong
+there: nodal constraints on such faces are refused.
 """
 
 from __future__ import annotations
@@ -94,11 +94,11 @@ def nodal(body: Body, tag: str) -> ContactPoints:
     Raises
     ------
     ValueError
-        on the faces of second-order tetrahedra, or where the mesh has no such tag.
+        on second-order triangles, or where the mesh has no such tag.
     """
     space, facets = body.space, body.facets(tag)
-    if space.dim == 3 and facets.shape[1] > 3:
-        raise ValueError(f"contact on {body.name!r}: nodal constraints need first-order faces in 3D; use mortar")
+    if facets.shape[1] == 6:
+        raise ValueError(f"contact on {body.name!r}: nodal constraints need first-order triangles; use mortar, or order 1")
     numbers, mine = _rows(body, facets)
     nodes = np.unique(facets)
     rows = np.searchsorted(numbers, space.piece.nodes[nodes])

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from contact.build import build
 from contact.clock import Clock
+from contact.pairs import FiniteSliding, SmallSliding
+from contact.points import ContactPoints
 from contact.scene import Scene
 from contact.step import StepResult, step
 from contact.system import System
@@ -119,6 +121,12 @@ class Solved:
         """Undeformed positions of one contact's constraints, (c, D) [m]."""
         places: Floats = self.result.linearisation.constraints[contact].places
         return places
+
+    def points(self, contact: int = 0) -> ContactPoints:
+        """The points of one contact against a surface."""
+        pair = self.system.pairs[contact]
+        assert isinstance(pair, SmallSliding | FiniteSliding)
+        return pair.points
 
     def resultant(self, contact: int = 0) -> Floats:
         """Σ λ n of one contact [N], (D)."""

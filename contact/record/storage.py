@@ -10,9 +10,11 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+import h5py
+
 
 class OrderedFile:
-    """A new file for ``h5py.File(OrderedFile(path), "w")``, each flush in an order that no kill can hurt.
+    """A new file that HDF5 writes through :meth:`hdf5`, each flush in an order that no kill can hurt.
 
     Bytes beyond the end of the last flush are referred to by nothing yet: they are written at once. Bytes inside it are
     held until the flush, which makes the file as long as HDF5 wants it, then writes the superblock, then index nodes
@@ -39,6 +41,16 @@ class OrderedFile:
         self._length = 0  # as HDF5 wants it; the file has it from the next flush on
         self._flushed = 0
         self._held: dict[int, bytes] = {}
+
+    def hdf5(self) -> h5py.File:
+        """The HDF5 file that is kept in this one.
+
+        It has no chunk cache: rows are written without the rest of their chunk. Nodes of its indices (2 to 4 KiB) lie
+        within a page, because a kill can cut a write where a page ends.
+        """
+        return h5py.File(
+            self, "w", libver="earliest", rdcc_nbytes=0, alignment_threshold=2048, alignment_interval=4096
+        )
 
     def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
         """Move to `offset` from the beginning or (`whence` ``SEEK_END``) from the end of the file."""

@@ -147,11 +147,7 @@ class Record:
         partial = self.path.with_name(f".{self.path.name}.partial")
         previous, storage = self._open, OrderedFile(partial)
         try:
-            # No chunk cache: a step's rows are written without the rest of their chunk. Index nodes are aligned,
-            # because a kill can cut a write at a page boundary.
-            file = h5py.File(
-                storage, "w", libver="earliest", rdcc_nbytes=0, alignment_threshold=2048, alignment_interval=4096
-            )
+            file = storage.hdf5()
             self._open = file, storage
             self._lay_out(file, rows, state)
             yield

@@ -137,15 +137,15 @@ def ratio_tested(
             left = 0.0
             for i in range(n):
                 left = max(left, abs(delta[order[i]]))
-            if left > small and refined < 3:
-                refined += 1
-                continue
             # (3)
             worst = -small
             for i in range(c):
                 if active[i] == 0 and delta[i] < worst:
                     worst, enter = delta[i], i
-            if enter < 0:
+            if refined < 3 and (left > small or (enter < 0 and left > tolerance * scale)):
+                refined += 1
+                enter = -1
+            elif enter < 0:
                 state[0], state[1] = n, -1
                 return DONE
         if slot[enter] < 0 or n == len(U):

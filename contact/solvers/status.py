@@ -103,11 +103,13 @@ class _BlockSteps:
         if len(first):
             self.change(first)
         while True:
-            negative, violated, worst = self.wrong()
-            if not len(negative):
-                feasible = self.lam
-                if not len(violated):
-                    return True
+            rounding, scale = self.rounding(), length(self.delta - self.q, self.q)
+            if rounding > SOLVED * scale:
+                break
+            negative, violated, worst = self.wrong(max(self.tolerance * scale, rounding))
+            feasible = min(feasible, np.maximum(self.lam, 0.0), key=self.objective)
+            if not len(negative) and not len(violated):
+                return True
             least = min(least, worst)
             entering = violated[np.argsort(self.delta[violated])[:block]]
             key = np.sort(np.append(np.setdiff1d(self.rows, negative), entering)).tobytes()
@@ -118,15 +120,17 @@ class _BlockSteps:
             self.departures += len(negative)
             self.change(entering)
             block *= GROWTH
-        self.restart(min(feasible, np.maximum(self.lam, 0.0), key=self.objective))
+        self.restart(feasible)
         return False
 
-    def wrong(self) -> tuple[Ints, Ints, float]:
-        """Active rows with λ ≤ 0, other rows with δ < 0, and the largest of Wᵢᵢ|λᵢ| and |δᵢ| there [m]."""
+    def rounding(self) -> float:
+        """What the errors of W's entries may make of W λ: accuracy × Σⱼ |λⱼ| maxᵢ |Wᵢⱼ| [m]."""
+        return float(self.columns.accuracy * (self.columns.peak(self.rows) @ np.abs(self.lam[self.rows])))
+
+    def wrong(self, small: float) -> tuple[Ints, Ints, float]:
+        """Active rows with λ ≤ 0, other rows with δ < −`small`, and the largest of Wᵢᵢ|λᵢ| and |δᵢ| there [m]."""
         active = np.zeros(len(self.q), bool)
         active[self.rows] = True
-        rounding = self.columns.accuracy * (self.columns.peak(self.rows) @ np.abs(self.lam[self.rows]))
-        small = max(self.tolerance * length(self.delta - self.q, self.q), rounding)
         negative = self.rows[self.lam[self.rows] <= 0]
         violated = np.flatnonzero(~active & (self.delta < -small))
         pulls = self.columns.diagonal(negative) * -self.lam[negative]

@@ -27,7 +27,7 @@ def plug(run: Run) -> list[Quantity]:
                 "body": "tube",
                 "tag": "inner",
                 "surface": {"kind": "sphere", "centre": [0.0, 0.0], "radius": b + delta},
-                "interference": delta,
+                "interference": 1.1 * delta,
                 "constraint": run["constraint"],
             }
         ],
@@ -59,7 +59,7 @@ def ball_shell(run: Run) -> list[Quantity]:
                 "body": "shell",
                 "tag": "inner",
                 "surface": {"kind": "sphere", "centre": [0.0, 0.0], "radius": b + delta},
-                "interference": delta,
+                "interference": 1.1 * delta,
                 "constraint": run["constraint"],
             }
         ],

@@ -7,7 +7,7 @@ import numpy as np
 from validation.case import Quantity, Run, case
 from validation.exact.layer import Layer
 from validation.exact.receding import Receding
-from validation.measure import contact_edge
+from validation.measure import contact_width
 
 
 @case(
@@ -66,7 +66,7 @@ def layer(run: Run) -> list[Quantity]:
     return [
         Quantity("force", 2 * lam.sum(), exact.P, 1e-3),
         Quantity("p0", lam[pole] / areas[pole], exact.p0, 1e-3),
-        Quantity("half_width", contact_edge(x, lam / areas), a, 5e-3),
+        Quantity("half_width", contact_width(solved.points(), lam), a, 5e-3),
     ]
 
 
@@ -120,7 +120,7 @@ def receding(run: Run) -> list[Quantity]:
     lam, x, areas = solved.forces(), solved.places()[:, 0], solved.result.linearisation.constraints[0].areas
     pole = np.argmin(x)
     return [
-        Quantity("a_over_H", contact_edge(x, lam / areas) / H, exact.a / H, 1e-3),
+        Quantity("a_over_H", contact_width(solved.points(), lam) / H, exact.a / H, 1e-3),
         Quantity("p0_H_over_P", lam[pole] / areas[pole] * H / P, exact.p0 * H / P, 1e-3),
         Quantity("force", 2 * lam.sum(), P, 1e-10),
     ]

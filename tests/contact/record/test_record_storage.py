@@ -26,10 +26,11 @@ class Calls(list[tuple[bytes, int]]):
         with open(before, "r+b", buffering=0) as file:
             for data, address in self:
                 if not data:
-                    os.ftruncate(file.fileno(), address)
+                    file.truncate(address)
                 cuts = range(PAGE - address % PAGE, len(data), PAGE)
                 for start, end in zip([0, *cuts], [*cuts, len(data)], strict=True):
-                    os.pwrite(file.fileno(), data[start:end], address + start)
+                    file.seek(address + start)
+                    file.write(data[start:end])
                     yield
 
 
@@ -55,7 +56,7 @@ def test_an_index_that_grows_to_three_levels_is_readable_at_every_moment(tmp_pat
     """A B-tree of HDF5's default format splits a node of more than 64 chunks; with one row per chunk that comes often."""
     path, copy = tmp_path / "file.h5", tmp_path / "copy.h5"
     levels, moments, split = set(), 0, False
-    with h5py.File(OrderedFile(path), "w", libver="earliest", rdcc_nbytes=0) as file:
+    with OrderedFile(path).hdf5() as file:
         x = file.create_dataset("x", (0,), "i8", maxshape=(None,), chunks=(1,), fill_time="never")
         file.attrs["count"] = 0
         file.flush()
