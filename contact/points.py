@@ -32,6 +32,7 @@ class ContactPoints:
     rows, shares : the constraints that a point enters (q, r) and T_qi (q, r)
     places : a node's undeformed position for each constraint, replicated, (c, D) [m]
     areas : ∫ψ_i ds of each constraint (2πr in axisymmetry), replicated, (c) [m^(dim−1)]
+    numbers : the global number of each constraint's node, replicated, (c)
     """
 
     body: Body
@@ -41,6 +42,7 @@ class ContactPoints:
     shares: Floats
     places: Floats
     areas: Floats
+    numbers: Ints
 
     @property
     def count(self) -> int:
@@ -112,7 +114,7 @@ def nodal(body: Body, tag: str) -> ContactPoints:
     mapped = surface_map(body, facets)
     np.add.at(areas, mine, np.einsum("fq,qa->fa", mapped.weights, mapped.values))
     areas = space.comm.allreduce(areas)
-    return ContactPoints(body, nodes[:, None], ones, rows[:, None], ones, places, areas)
+    return ContactPoints(body, nodes[:, None], ones, rows[:, None], ones, places, areas, numbers)
 
 
 def mortar(body: Body, tag: str, degree: int = 6) -> ContactPoints:
@@ -141,6 +143,7 @@ def mortar(body: Body, tag: str, degree: int = 6) -> ContactPoints:
         shares.reshape(f * q, dim + 1),
         places,
         areas,
+        numbers,
     )
 
 

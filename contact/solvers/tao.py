@@ -11,9 +11,9 @@ from petsc4py import PETSc  # isort: skip
 
 
 def solve(problem: ContactProblem, start: Floats | None = None, tolerance: float = 1e-12) -> Solution:
-    """Minimise ½ λᵀWλ + qᵀλ over λ ≥ 0 by TAO, options prefix `tao_`; the type is `bntr`.
+    """Minimise ½ λᵀWλ + qᵀλ over λ ≥ 0 by TAO, options prefix `tao_`; the type is `bnls`.
 
-    Newton with a trust region and an active set, which also treats a semidefinite W.
+    Newton with a line search and an active set, which also treats a semidefinite W (`gpcg` and `tron` do not).
 
     Raises
     ------
@@ -37,12 +37,12 @@ def solve(problem: ContactProblem, start: Floats | None = None, tolerance: float
                 scaled.W.copy(P)
 
             tao.setOptionsPrefix("tao_")
-            tao.setType("bntr")
+            tao.setType("bnls")
             tao.setObjectiveGradient(objective, None)
             tao.setHessian(second, hessian)
             tao.setVariableBounds((scaled.low, scaled.high))
             tao.setTolerances(gatol=tolerance, grtol=0.0, gttol=0.0)
-            tao.setMaximumIterations(500)
+            tao.setMaximumIterations(2000)
             tao.setFromOptions()
             tao.solve(scaled.y)
             return scaled.solution(tao.getIterationNumber(), f"TAO reason {tao.getConvergedReason()}")

@@ -1,0 +1,84 @@
+"""The time loop: steps to the end of the scene, halved where they do not settle, each handed to a sink."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contact.certificate import Tolerances, certify
+from contact.scene import Scene
+from contact.solvers.problem import ContactNotConvergedError, InfeasibleError
+from contact.step import StepResult, step
+from contact.system import System
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class AcceptedStep:
+    """One step of the scene: its number and time, how it was divided, what it found and the seconds it took."""
+
+    number: int
+    time: float
+    dt: float
+    substeps: int
+    result: StepResult
+    converged: bool
+    seconds: dict[str, float]
+
+
+Sink = Callable[[AcceptedStep], None]
+
+
+def tolerances(scene: Scene) -> Tolerances:
+    """The tolerances that a scene asks for."""
+    s = scene.solver
+    return Tolerances(s.complementarity, s.equilibrium, s.surface_error, s.penetration)
+
+
+def march(system: System, scene: Scene, sink: Sink, first: int = 0, start: Floats | None = None) -> None:
+    """Run the steps from number `first` on; `start` are the contact forces to start from. Collective.
+
+    Raises
+    ------
+    ContactNotConvergedError, InfeasibleError
+        after the sink got the state reached, marked as not converged.
+    """
+    solver, limits = scene.solver, tolerances(scene)
+    size = scene.time.end / scene.time.steps
+    for number in range(first, scene.time.steps):
+        now, target = number * size, (number + 1) * size
+        dt, substeps, passes, iterations = size, 0, 0, 0
+        while now < target:
+            before = system.state()
+            t = target if now + 1.0000001 * dt >= target else now + dt
+            try:
+                result = step(system, t, solver.method, start, limits, solver.max_passes)
+            except (ContactNotConvergedError, InfeasibleError) as error:
+                hopeless = isinstance(error, InfeasibleError) or dt <= size / 2**solver.max_halvings
+                if hopeless:
+                    sink(_unfinished(system, number, t, dt, substeps))
+                    raise
+                system.restore(before)
+                dt /= 2
+                continue
+            now, substeps, start = t, substeps + 1, result.lam
+            passes, iterations = passes + result.passes, iterations + result.iterations
+            dt = min(2 * dt, size)
+        total = StepResult(
+            result.lam, result.gap, result.linearisation, result.certificate, passes, iterations, result.details
+        )
+        sink(AcceptedStep(number, target, size, substeps, total, True, system.clock.lap()))
+
+
+def _unfinished(system: System, number: int, t: float, dt: float, substeps: int) -> AcceptedStep:
+    """The present state without contact forces, marked as not converged."""
+    contacts = system.detect()
+    lam = np.zeros(len(contacts.offset))
+    gap = np.concatenate([np.empty(0), *[pair.gaps() for pair in system.pairs]])
+    certificate = certify(system, contacts, lam, gap)
+    result = StepResult(lam, gap, contacts, certificate, 0, 0, {})
+    return AcceptedStep(number, t, dt, substeps, result, False, system.clock.lap())

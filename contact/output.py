@@ -1,0 +1,177 @@
+"""From a running system to the plain arrays of its record on rank 0, and back from a checkpoint."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contact.loop import AcceptedStep
+from contact.pairs import FiniteSliding, PointToPoint
+from contact.points import ContactPoints
+from contact.record import Grid, StepData
+from contact.system import System
+from fem.body import Body
+from fem.elasticity import Elasticity
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+VTK_TYPES = {(1, 2): 3, (1, 3): 21, (2, 3): 5, (2, 6): 22, (3, 4): 10, (3, 10): 24}
+
+
+class Gatherer:
+    """Brings nodes and cells of all bodies together on rank 0, bodies one after the other, nodes as the meshes number them.
+
+    Collective on the bodies' communicator.
+    """
+
+    def __init__(self, system: System) -> None:
+        self.system = system
+        self.comm = system.comm
+        counts = [body.space.piece.total for body in system.bodies]
+        self.first = dict(zip(system.bodies, np.cumsum([0, *counts[:-1]]).tolist(), strict=True))
+        self.total = sum(counts)
+        self.originals = {body: self._originals(body) for body in system.bodies}
+
+    def _originals(self, body: Body) -> Ints:
+        """The mesh's number of each node, by its distributed number; replicated."""
+        piece = body.space.piece
+        parts: list[Ints] = self.comm.allgather(piece.original[: piece.owned])
+        return np.concatenate(parts)
+
+    def nodes(self, values: dict[Body, Floats]) -> Floats | None:
+        """One array over all nodes from local nodal values (nodes, …) of each body, on rank 0."""
+        result = None
+        for body, local in values.items():
+            parts = self.comm.gather(local[: body.space.piece.owned])
+            if self.comm.rank == 0:
+                joined = np.concatenate(parts)
+                if result is None:
+                    result = np.zeros((self.total, *joined.shape[1:]))
+                result[self.first[body] + self.originals[body]] = joined
+        return result
+
+    def cells(self, values: dict[Body, Floats]) -> Floats | None:
+        """One array over all cells from this rank's cell values of each body, on rank 0."""
+        parts = [self.comm.gather(values[body]) for body in self.system.bodies]
+        return np.concatenate([np.concatenate(p) for p in parts]) if self.comm.rank == 0 else None
+
+    def grid(self) -> Grid | None:
+        """The undeformed bodies, on rank 0."""
+        points = self.nodes({b: _in_space(b.points) for b in self.system.bodies})
+        lists = [self.comm.gather(b.space.piece.original[b.space.piece.cells]) for b in self.system.bodies]
+        if points is None:
+            return None
+        connectivity, sizes, types, body = [], [], [], []
+        for number, (b, parts) in enumerate(zip(self.system.bodies, lists, strict=True)):
+            cells = np.concatenate(parts)
+            connectivity.append((self.first[b] + cells).ravel())
+            sizes.append(np.full(len(cells), cells.shape[1]))
+            types.append(np.full(len(cells), VTK_TYPES[b.space.dim, cells.shape[1]], dtype=np.uint8))
+            body.append(np.full(len(cells), number))
+        offsets = np.append(0, np.cumsum(np.concatenate(sizes)))
+        return Grid(points, np.concatenate(connectivity), offsets, np.concatenate(types), np.concatenate(body))
+
+    def step(self, accepted: AcceptedStep) -> StepData | None:
+        """The record's row for a step, on rank 0."""
+        bodies, result = self.system.bodies, accepted.result
+        displacement = self.nodes({b: _in_space(b.displacement) for b in bodies})
+        stress = self.cells({b: _stress(b) for b in bodies})
+        checkpoint = self._checkpoint(result.lam)
+        if displacement is None or stress is None:
+            return None
+        parts = result.linearisation.constraints
+        places = np.concatenate([np.zeros((0, 3)), *[_in_space(c.places) for c in parts]])
+        normals = np.concatenate([np.zeros((0, 3)), *[_in_space(c.normals) for c in parts]])
+        owner, nodes, areas = self._contact_nodes()
+        pressure, force, status = np.zeros(self.total), np.zeros((self.total, 3)), np.zeros(self.total)
+        np.add.at(pressure, nodes, np.where(areas > 0, result.lam / np.where(areas > 0, areas, 1.0), 0.0))
+        np.add.at(force, nodes, result.lam[:, None] * normals)
+        np.maximum.at(status, nodes, (result.lam > 0).astype(float))
+        return StepData(
+            time=accepted.time,
+            dt=accepted.dt,
+            substeps=accepted.substeps,
+            passes=result.passes,
+            iterations=result.iterations,
+            contacts=len(result.linearisation.rows),
+            converged=accepted.converged,
+            certificate=asdict(result.certificate),
+            seconds=accepted.seconds,
+            point_data={
+                "displacement": displacement,
+                "contact_pressure": pressure,
+                "contact_force": force,
+                "status": status,
+            },
+            cell_data={"stress": stress},
+            lam=result.lam,
+            gap=result.gap,
+            point=places + displacement[nodes],
+            normal=normals,
+            body=owner,
+            status=(result.lam > 0).astype(np.int64),
+            checkpoint=checkpoint,
+        )
+
+    def _contact_nodes(self) -> tuple[Ints, Ints, Floats]:
+        """Body, node (numbered over all bodies) and area of each constraint."""
+        owner, nodes, areas = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)], [np.zeros(0)]
+        for pair in self.system.pairs:
+            points: ContactPoints = pair.points  # type: ignore[attr-defined]
+            owner.append(np.full(points.count, self.system.bodies.index(points.body)))
+            nodes.append(self.first[points.body] + self.originals[points.body][points.numbers])
+            areas.append(points.areas)
+        return np.concatenate(owner), np.concatenate(nodes), np.concatenate(areas)
+
+    def _checkpoint(self, lam: Floats) -> dict[str, Any]:
+        state: dict[str, Any] = {"lambda": lam, "ranks": np.array([self.comm.size])}
+        for number, body in enumerate(self.system.bodies):
+            state[f"x/{number}"] = np.concatenate(self.comm.allgather(body.owned(body.u)))
+        for number, pair in enumerate(self.system.pairs):
+            if isinstance(pair, FiniteSliding):
+                state[f"met/{number}"] = pair.met.astype(np.int64)
+        return state
+
+    def restore(self, state: dict[str, Any] | None) -> Floats:
+        """Put the bodies into the state of a checkpoint, given on rank 0; the contact forces. Collective.
+
+        Raises
+        ------
+        ValueError
+            where the checkpoint is of another scene or another number of ranks.
+        """
+        state = self.comm.bcast(state)
+        assert state is not None
+        ranks = int(np.ravel(state["ranks"])[0])
+        if ranks != self.comm.size:
+            raise ValueError(f"resume: the record was written by {ranks} ranks, must go on with as many")
+        for number, body in enumerate(self.system.bodies):
+            x = np.asarray(state.get(f"x/{number}", np.zeros(0)))
+            if len(x) != body.space.size:
+                raise ValueError(f"resume: the record's body {number} has {len(x)} unknowns, the scene's {body.space.size}")
+            body.u = body.space.local(x[body.space.first : body.space.first + body.space.owned])
+        for number, pair in enumerate(self.system.pairs):
+            if isinstance(pair, FiniteSliding):
+                pair.met = np.asarray(state[f"met/{number}"]).astype(bool)
+            if not isinstance(pair, PointToPoint):
+                pair.accept()
+        lam: Floats = np.asarray(state["lambda"])
+        return lam
+
+
+def _in_space(x: Floats) -> Floats:
+    """(n, D) padded to three coordinates."""
+    return np.hstack([x, np.zeros((len(x), 3 - x.shape[1]))])
+
+
+def _stress(body: Body) -> Floats:
+    """σ of each cell as xx, yy, zz, xy, yz, xz, (m, 6) [Pa]; zero where a body has no such stress."""
+    piece = body.space.piece
+    if not isinstance(body.model, Elasticity):
+        return np.zeros((len(piece.cells), 6))
+    sigma, _ = body.model.stress(piece.points, piece.cells, body.u[body.space.cell_dofs])
+    return sigma[:, [0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]]

@@ -1,0 +1,189 @@
+"""Bodies that only contact holds: their rigid modes as unknowns, for every method on W."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import cho_solve
+from scipy.optimize import nnls
+
+from contact.solvers import status
+from contact.solvers.certificate import length, scaled
+from contact.solvers.columns import FormedColumns, extend
+from contact.solvers.problem import (
+    SOLVED,
+    ContactNotConvergedError,
+    ContactProblem,
+    Floats,
+    InfeasibleError,
+    Ints,
+    Method,
+    Solution,
+)
+
+# The augmentation's stiffness over that of the elastic, or of the rigid, motion; outer iterations; relative balance.
+STIFFER, RIGID = 100.0, 1000.0
+OUTER = 50
+BALANCED = 1e-10
+
+
+def solve(method: Method, problem: ContactProblem, start: Floats | None, tolerance: float) -> Solution:
+    """Find λ, α with 0 ≤ δ = W λ + G α + q ⊥ λ ≥ 0 and Gᵀλ + r = 0 by `method`, which treats W and q only.
+
+    Augmented Lagrangian on the modes in an orthonormal basis (`Modes`): each outer iteration solves with W + s QQᵀ and
+    q + Qβ + s Qρ, then adds s (Qᵀλ + ρ) to β. As soon as λ has the right support, the saddle system [W Q; Qᵀ 0] on it
+    gives λ and β exactly, and the iteration ends when that is verified. The bodies are first moved by `status` as if
+    they were rigid, until they touch: so s need only suit the elastic motion, which may be smaller by any factor.
+
+    Besides the columns that `method` asks for, those of at most m rows that could carry the load are formed, for s.
+
+    Raises
+    ------
+    InfeasibleError
+        No λ ≥ 0 balances the load to a relative 1e-10, or no position satisfies the constraints.
+    ContactNotConvergedError
+        `method` failed, or the residual of gap or balance stays above 1e-9.
+
+    Source: Rockafellar, SIAM J. Control Optim. 14 (1976), for the finite convergence.
+    """
+    modes = Modes(problem)
+    if not problem.W.size:
+        return Solution(np.empty(0), modes.amplitudes(np.zeros(modes.size)), np.empty(0), 0)
+    columns = FormedColumns(problem.W)
+    columns.form(modes.bearing)
+    compliance = float(columns.diagonal(modes.bearing).max())
+    load, free = float(np.linalg.norm(modes.load)), float(np.abs(problem.q).max())
+    rigid = RIGID * np.sqrt(columns.size) * free / load if free and load else 1.0
+    run = _Augmented(problem, modes, tolerance)
+    beta = np.zeros(modes.size)
+    if compliance > 0:
+        try:
+            _, beta, _ = run.solve(status.solve, None, rigid, beta, None)
+        except (InfeasibleError, ContactNotConvergedError):
+            # what does not fit as a rigid body may fit as an elastic one
+            beta = np.zeros(modes.size)
+    stiffness = STIFFER * compliance * columns.size or rigid
+    lam, beta, iterations = run.solve(method, columns, stiffness, beta, start)
+    return Solution(lam, modes.amplitudes(beta), run.gap(columns, lam, beta), iterations)
+
+
+class Modes:
+    """range(G) in an orthonormal basis: G α = Q β, and Gᵀλ + r = 0 becomes Qᵀλ + ρ = 0.
+
+    `Q` (c, k) [-], `load` ρ (k) [N], `bearing` at most k rows whose forces balance the load. G's columns are scaled
+    first, so that translations and rotations compare. Modes that no contact sees get no amplitude.
+
+    Raises
+    ------
+    InfeasibleError
+        No λ ≥ 0 balances r.
+    """
+
+    def __init__(self, problem: ContactProblem) -> None:
+        G, r = np.asarray(problem.G, float), np.asarray(problem.r, float)
+        norms = np.linalg.norm(G, axis=0)
+        self.scale = np.where(norms > 0, norms, 1.0)
+        U, S, Vt = np.linalg.svd(G / self.scale, full_matrices=False)
+        seen = S > 1e-12 * S.max(initial=0.0)
+        self.Q, self.S, self.Vt = U[:, seen], S[seen], Vt[seen]
+        self.size = len(self.S)
+        scaled_load = r / self.scale
+        unseen = scaled_load - self.Vt.T @ (self.Vt @ scaled_load)
+        if np.abs(unseen).max(initial=0.0) > BALANCED * np.abs(scaled_load).max(initial=0.0):
+            raise InfeasibleError("a body is loaded along a motion that no contact resists")
+        self.load: Floats = self.Vt @ scaled_load / self.S
+        self.bearing: Ints = np.array([np.argmin(problem.q)]) if len(problem.q) else np.empty(0, np.int64)
+        size = float(np.abs(self.load).max(initial=0.0))
+        if size > 0:
+            forces, left = nnls(self.Q.T, -self.load / size)
+            if left > BALANCED:
+                raise InfeasibleError(f"no contact forces balance the load: {left:.2g} of it is left")
+            self.bearing = np.flatnonzero(forces)
+
+    def amplitudes(self, beta: Floats) -> Floats:
+        """α from β."""
+        return np.asarray(self.Vt.T @ (beta / self.S) / self.scale)
+
+
+class _Augmented:
+    """The outer iteration."""
+
+    def __init__(self, problem: ContactProblem, modes: Modes, tolerance: float) -> None:
+        self.q, self.Q, self.load, self.tolerance = np.asarray(problem.q, float), modes.Q, modes.load, tolerance
+
+    def solve(
+        self, method: Method, W: FormedColumns | None, stiffness: float, beta: Floats, lam: Floats | None
+    ) -> tuple[Floats, Floats, int]:
+        """λ, β and the iterations of `method` in all; W is None for rigid bodies."""
+        operator, iterations, best = _Operator(W, self.Q, stiffness), 0, (np.inf, self.q, beta)
+        for _ in range(OUTER):
+            q = self.q + self.Q @ (beta + stiffness * self.load)
+            solution = method(ContactProblem(operator, q), lam, self.tolerance)
+            iterations += solution.iterations
+            lam = solution.lam
+            beta = beta + stiffness * (self.Q.T @ lam + self.load)
+            exact = self.saddle(operator, lam, beta, solution.gap)
+            best = min(best, (self.residual(operator, *exact), *exact), key=lambda candidate: candidate[0])
+            if best[0] <= self.tolerance:
+                break
+        if not best[0] <= SOLVED:
+            raise ContactNotConvergedError("the rigid motion does not settle", iterations, best[0], best[1])
+        return best[1], best[2], iterations
+
+    def gap(self, W: FormedColumns | None, lam: Floats, beta: Floats) -> Floats:
+        """δ = W λ + Q β + q."""
+        motion = self.Q @ beta
+        return np.asarray(self.q + (motion if W is None else motion + W.product(lam)))
+
+    def residual(self, operator: _Operator, lam: Floats, beta: Floats) -> float:
+        """The larger of the residuals of complementarity and of balance, both relative."""
+        gap = self.gap(operator.W, lam, beta)
+        balance = np.abs(self.Q.T @ lam + self.load).max(initial=0.0)
+        forces = (np.abs(self.Q).T @ lam + np.abs(self.load)).max(initial=0.0)
+        # a contact that carries must be closed, however stiff its bodies
+        error = np.where(lam > 0, np.abs(gap), np.maximum(-gap, 0.0)).max()
+        rigid = self.Q @ beta
+        moved = max(length(rigid, self.q), length(gap - self.q - rigid, self.q))
+        return max(float(error) / max(moved, operator.length), float(balance / forces) if balance else 0.0)
+
+    def saddle(self, operator: _Operator, lam: Floats, beta: Floats, gap: Floats) -> tuple[Floats, Floats]:
+        """Solve [W Q; Qᵀ 0] (λ, β) = −(q, ρ) on the closed rows, refining λ and β.
+
+        Eliminates with the factor of W + s QQᵀ on a maximal independent subset; other closed rows keep their λ.
+        """
+        diagonal = operator.diagonal(np.flatnonzero(lam))
+        pull = np.zeros_like(lam)
+        pull[np.flatnonzero(lam)] = diagonal * lam[np.flatnonzero(lam)]
+        rows = np.flatnonzero(pull > np.maximum(gap, 0.0))
+        L, kept = extend(np.empty((0, 0)), operator.columns(rows)[rows], operator.pivot)
+        lam, rows = np.where(pull > np.maximum(gap, 0.0), lam, 0.0), rows[kept]
+        Q, factor = self.Q[rows], (L, True)
+        Y = cho_solve(factor, Q)
+        for _ in range(3):
+            unbalanced = self.Q.T @ lam + self.load
+            z = cho_solve(factor, -self.gap(operator.W, lam, beta)[rows] - operator.stiffness * Q @ unbalanced)
+            step = np.linalg.lstsq(Q.T @ Y, Q.T @ z + unbalanced, rcond=1e-12)[0]
+            lam[rows] += z - Y @ step
+            beta = beta + step
+        beta[np.abs(beta) < EPSILON * operator.length] = 0.0
+        return np.maximum(lam, 0.0), beta
+
+
+class _Operator:
+    """W + s QQᵀ by its columns; those of W are asked for once."""
+
+    def __init__(self, W: FormedColumns | None, Q: Floats, stiffness: float) -> None:
+        self.W, self.Q, self.stiffness, self.size = W, Q, stiffness, len(Q)
+        self.pivot = W.pivot if W is not None else 1e-13
+
+    def columns(self, rows: Ints) -> Floats:
+        """(W + s QQᵀ)[:, rows]."""
+        rigid = self.stiffness * self.Q @ self.Q[rows].T
+        if self.W is None:
+            return np.asarray(rigid)
+        self.W.form(rows)
+        return np.asarray(rigid + self.W.values[self.W.slot[rows]].T)
+
+    def diagonal(self, rows: Ints) -> Floats:
+        """Its diagonal entries on `rows`."""
+        rigid = self.stiffness * (self.Q[rows] ** 2).sum(axis=1)
+        return np.asarray(rigid if self.W is None else rigid + self.W.diagonal(rows))
