@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem.geometry import MappedCells, is_straight, map_cells
+from meshes.simplices import EDGES
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -157,8 +158,6 @@ class Elasticity:
 
 def _pressure_values(mapped: MappedCells, dim: int) -> Floats:
     """The first-order shape functions at the same points: N_a of a vertex plus half of its edges' N_e, (q, dim+1)."""
-    from fem.elements import EDGES
-
     L = mapped.values[:, : dim + 1].copy()
     for e, (i, j) in enumerate(EDGES[dim]):
         L[:, i] += mapped.values[:, dim + 1 + e] / 2

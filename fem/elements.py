@@ -1,6 +1,6 @@
 """Reference simplices: Lagrange shape functions of order 1 and 2, and quadrature.
 
-Nodes are in VTK order: vertices, then the middles of the edges as listed in `EDGES`.
+Nodes are in VTK order: vertices, then the middles of the edges as listed in `meshes.simplices.EDGES`.
 """
 
 from __future__ import annotations
@@ -12,20 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import roots_jacobi
 
+from meshes.simplices import EDGES
+
 Floats = NDArray[np.float64]
-
-EDGES: tuple[tuple[tuple[int, int], ...], ...] = (
-    (),
-    ((0, 1),),
-    ((0, 1), (1, 2), (0, 2)),
-    ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)),
-)
-
-
-def node_count(dim: int, order: int) -> int:
-    """Nodes of a simplex of dimension `dim` and the given order (1 or 2)."""
-    return dim + 1 + (len(EDGES[dim]) if order == 2 else 0)
-
 
 def order_of(dim: int, nodes: int) -> int:
     """The order of a simplex from its number of nodes."""
@@ -86,7 +75,8 @@ def quadrature(dim: int, degree: int) -> tuple[Floats, Floats]:
 
 def _orbits(dim: int, rules: list[tuple[float, float]]) -> tuple[Floats, Floats]:
     """Rules whose points have all barycentric coordinates but one equal to a."""
-    points = [np.full((dim + 1, dim), a) + np.vstack([np.zeros(dim), np.eye(dim)]) * (1 - (dim + 1) * a) for a, _ in rules]
+    vertices = np.vstack([np.zeros(dim), np.eye(dim)])
+    points = [a + (1 - (dim + 1) * a) * vertices for a, _ in rules]
     return np.vstack(points), np.repeat([w for _, w in rules], dim + 1)
 
 

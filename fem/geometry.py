@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem.elements import order_of, quadrature, shape, shape_gradient
+from meshes.simplices import EDGES
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -45,8 +46,6 @@ def is_straight(points: Floats, cells: Ints) -> bool:
     if order_of(dim, cells.shape[1]) == 1:
         return True
     nodes = shape(np.vstack([np.zeros(dim), np.eye(dim)]), 1)
-    from fem.elements import EDGES
-
     edges = np.array(EDGES[dim])
     middles = (nodes[edges[:, 0]] + nodes[edges[:, 1]]) / 2
     x = points[cells]

@@ -8,30 +8,29 @@ from contact.solvers.columns import FormedColumns
 from contact.solvers.problem import SOLVED, ContactNotConvergedError, ContactProblem, Floats, Solution
 
 
-def length(motion: Floats, q: Floats) -> float:
-    """ℓ = max(max(−q)₊, max|δ − q|), what gaps are measured by [m]; max|q| or 1 where nothing moves or penetrates."""
-    free = np.abs(q).max(initial=0.0)
-    return float(max(-q.min(initial=0.0), np.abs(motion).max(initial=0.0)) or free or 1.0)
+def length(q: Floats, *motions: Floats) -> float:
+    """ℓ = max(max(−q)₊, max|motions|), what gaps are measured by [m]; max|q| or 1 where nothing moves or penetrates."""
+    moved = max(float(np.abs(motion).max(initial=0.0)) for motion in motions)
+    return max(float(-q.min(initial=0.0)), moved) or float(np.abs(q).max(initial=0.0)) or 1.0
 
 
-def scaled(pull: Floats, delta: Floats, q: Floats) -> float:
+def scaled(pull: Floats, delta: Floats, ell: float) -> float:
     """max|min(Wᵢᵢ λᵢ, δᵢ)|/ℓ for `pull` = Wᵢᵢ λᵢ."""
-    return float(np.abs(np.minimum(pull, delta)).max(initial=0.0)) / length(delta - q, q)
+    return float(np.abs(np.minimum(pull, delta)).max(initial=0.0)) / ell
 
 
 def residual(problem: ContactProblem, solution: Solution) -> float:
     """The scale-free complementarity residual max|min(Wᵢᵢ λᵢ, δᵢ)|/ℓ, recomputed from λ and α.
 
-    ℓ = max(max(−q)₊, max|Wλ + Gα|). Asks for the columns of W where λ ≠ 0; finite always.
+    ℓ = max(max(−q)₊, max|Wλ|, max|Gα|). Asks for the columns of W where λ ≠ 0; finite always.
     """
     columns, carrying = FormedColumns(problem.W), np.flatnonzero(solution.lam)
     columns.form(carrying)
-    motion = columns.product(solution.lam)
-    if problem.G is not None:
-        motion = motion + problem.G @ solution.alpha
-    pull = np.zeros_like(solution.lam)
+    elastic = columns.product(solution.lam)
+    rigid = np.zeros_like(elastic) if problem.G is None else problem.G @ solution.alpha
+    pull = np.zeros_like(elastic)
     pull[carrying] = columns.diagonal(carrying) * solution.lam[carrying]
-    return scaled(pull, problem.q + motion, problem.q)
+    return scaled(pull, problem.q + elastic + rigid, length(problem.q, elastic, rigid))
 
 
 def accepted(
@@ -44,8 +43,9 @@ def accepted(
     ContactNotConvergedError
         With the method's `reason`, where the residual of λ is above `SOLVED`, whatever the method claims.
     """
-    delta = W @ lam + q
-    reached = scaled(np.diagonal(W) * lam, delta, q)
+    elastic = W @ lam
+    delta = elastic + q
+    reached = scaled(np.diagonal(W) * lam, delta, length(q, elastic))
     if not reached <= SOLVED:
         raise ContactNotConvergedError(reason, iterations, reached, lam)
     return Solution(lam, np.empty(0), delta, iterations, details or {})

@@ -55,13 +55,15 @@ def solve(method: Method, problem: ContactProblem, start: Floats | None, toleran
     rigid = RIGID * np.sqrt(columns.size) * free / load if free and load else 1.0
     run = _Augmented(problem, modes, tolerance)
     beta = np.zeros(modes.size)
-    if compliance > 0:
+    if compliance and free and load:
         try:
             _, beta, _ = run.solve(status.solve, None, rigid, beta, None)
         except (InfeasibleError, ContactNotConvergedError):
             # what does not fit as a rigid body may fit as an elastic one
             beta = np.zeros(modes.size)
     stiffness = STIFFER * compliance * columns.size or rigid
+    # where all gaps are zero and nothing deforms there is no length but that of the augmentation
+    run.least = 0.0 if free or compliance else stiffness * load
     lam, beta, iterations = run.solve(method, columns, stiffness, beta, start)
     return Solution(lam, modes.amplitudes(beta), run.gap(columns, lam, beta), iterations)
 
@@ -109,6 +111,7 @@ class _Augmented:
 
     def __init__(self, problem: ContactProblem, modes: Modes, tolerance: float) -> None:
         self.q, self.Q, self.load, self.tolerance = np.asarray(problem.q, float), modes.Q, modes.load, tolerance
+        self.least = 0.0
 
     def solve(
         self, method: Method, W: FormedColumns | None, stiffness: float, beta: Floats, lam: Floats | None
@@ -142,8 +145,8 @@ class _Augmented:
         # a contact that carries must be closed, however stiff its bodies
         error = np.where(lam > 0, np.abs(gap), np.maximum(-gap, 0.0)).max()
         rigid = self.Q @ beta
-        moved = max(length(rigid, self.q), length(gap - self.q - rigid, self.q))
-        return max(float(error) / max(moved, operator.length), float(balance / forces) if balance else 0.0)
+        ell = max(length(self.q, rigid, gap - self.q - rigid), self.least)
+        return max(float(error) / ell, float(balance / forces) if balance else 0.0)
 
     def saddle(self, operator: _Operator, lam: Floats, beta: Floats, gap: Floats) -> tuple[Floats, Floats]:
         """Solve [W Q; Qᵀ 0] (λ, β) = −(q, ρ) on the closed rows, refining λ and β.
@@ -164,7 +167,7 @@ class _Augmented:
             step = np.linalg.lstsq(Q.T @ Y, Q.T @ z + unbalanced, rcond=1e-12)[0]
             lam[rows] += z - Y @ step
             beta = beta + step
-        beta[np.abs(beta) < EPSILON * operator.length] = 0.0
+        beta[np.abs(beta) < 1e-12 * self.least] = 0.0
         return np.maximum(lam, 0.0), beta
 
 

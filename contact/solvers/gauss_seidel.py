@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 
-from contact.solvers.certificate import scaled
+from contact.solvers.certificate import length, scaled
 from contact.solvers.columns import dense
 from contact.solvers.problem import ContactNotConvergedError, ContactProblem, Floats, Solution
 
@@ -32,8 +32,9 @@ def solve(problem: ContactProblem, start: Floats | None = None, tolerance: float
     diagonal, sweeps, block = np.diagonal(W), 0, 1
     begun = time.perf_counter()
     while True:
-        delta = W @ lam + q
-        residual = scaled(diagonal * lam, delta, q)
+        elastic = W @ lam
+        delta = elastic + q
+        residual = scaled(diagonal * lam, delta, length(q, elastic))
         if residual <= tolerance:
             return Solution(lam, np.empty(0), delta, sweeps)
         elapsed = time.perf_counter() - begun

@@ -69,7 +69,7 @@ def solve(problem: ContactProblem, start: Floats | None = None, tolerance: float
     lam, delta, rows = blocks.lam, blocks.delta, columns.rows
     pull = np.zeros_like(lam)
     pull[rows] = columns.diagonal(rows) * lam[rows]
-    residual = scaled(pull, delta, q)
+    residual = scaled(pull, delta, length(q, delta - q))
     if not residual <= SOLVED:
         raise ContactNotConvergedError("violated contacts depend on the active ones", blocks.iterations, residual, lam)
     return Solution(
@@ -103,7 +103,7 @@ class _BlockSteps:
         if len(first):
             self.change(first)
         while True:
-            rounding, scale = self.rounding(), length(self.delta - self.q, self.q)
+            rounding, scale = self.rounding(), length(self.q, self.delta - self.q)
             if rounding > SOLVED * scale:
                 break
             negative, violated, worst = self.wrong(max(self.tolerance * scale, rounding))
@@ -153,7 +153,7 @@ class _BlockSteps:
             self.delta = self.q + self.columns.product(self.lam)
             self.iterations += 1
             left = np.abs(self.delta[self.rows]).max(initial=0.0)
-            if left <= self.tolerance * length(self.delta - self.q, self.q):
+            if left <= self.tolerance * length(self.q, self.delta - self.q):
                 break
 
     def factorise(self, p: int, rows: Ints) -> None:

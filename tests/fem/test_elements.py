@@ -6,7 +6,8 @@ from math import factorial
 import numpy as np
 import pytest
 
-from fem.elements import EDGES, node_count, quadrature, shape, shape_gradient
+from fem.elements import quadrature, shape, shape_gradient
+from meshes.simplices import EDGES, nodes_per_simplex
 
 
 @pytest.mark.parametrize("dim", [1, 2, 3])
@@ -26,7 +27,7 @@ def test_shape_functions_interpolate(dim: int, order: int) -> None:
     """N_a(x_b) = δ_ab, and the gradient is that of the interpolated polynomial."""
     vertices = np.vstack([np.zeros(dim), np.eye(dim)])
     nodes = vertices if order == 1 else np.vstack([vertices, [(vertices[i] + vertices[j]) / 2 for i, j in EDGES[dim]]])
-    assert len(nodes) == node_count(dim, order)
+    assert len(nodes) == nodes_per_simplex(dim, order)
     np.testing.assert_allclose(shape(nodes, order), np.eye(len(nodes)), atol=1e-15)
     x = np.random.default_rng(1).uniform(0, 1 / dim, (5, dim))
     values = (nodes.sum(axis=1) + 1) ** order

@@ -59,10 +59,9 @@ def hertz_point(run: Run) -> list[Quantity]:
     solved = run.solve(**_section(run, exact, surface))
     lam, r, areas = solved.forces(), solved.places()[:, 0], solved.result.linearisation.constraints[0].areas
     if run["constraint"] == "mortar":
-        p0, pressure = float(lam[np.argmin(r)] / areas[np.argmin(r)]), lam / areas
+        p0 = float(lam[np.argmin(r)] / areas[np.argmin(r)])
     else:
         p0 = pressure_at_pole(solved.system.bodies[0], "bottom", solved.places(), lam, 0.5 * run["a"])
-        pressure = np.where(areas > 0, lam / np.maximum(areas, 1e-300), 0.0)
     return [
         Quantity("force", lam.sum(), exact.P, 1e-4),
         Quantity("p0", p0, exact.p0, 1e-3),
@@ -107,16 +106,11 @@ def _hertz_point_3d(run: Run, exact: HertzPoint) -> list[Quantity]:
 
 @case("punch-cone", {"E": 1.0, "nu": 0.3, "alpha": 0.1, "delta": 0.05, "constraint": "nodal"}, levels=(1 / 80,))
 def punch_cone(run: Run) -> list[Quantity]:
-    """A cone inclined by α [rad], pressed in by δ: force and radius of contact; the pressure is singular at the tip."""
+    """A cone inclined by α [rad], pressed in by δ: force; the pressure is singular at the tip."""
     exact = Cone(**run.values("E", "nu", "alpha", "delta"))
     surface = {"kind": "cone", "origin": [0.0, exact.delta], "slope": float(np.tan(run["alpha"]))}
     solved = run.solve(**_section(run, exact, surface))
-    lam, r, areas = solved.forces(), solved.places()[:, 0], solved.result.linearisation.constraints[0].areas
-    pressure = np.where(areas > 0, lam / np.maximum(areas, 1e-300), 0.0)
-    return [
-        Quantity("force", lam.sum(), exact.P, 1e-3),
-        Quantity("unused", 0.0, 0.0, 0.0),
-    ]
+    return [Quantity("force", solved.forces().sum(), exact.P, 1e-3)]
 
 
 @case("punch-flat", {"E": 1.0, "nu": 0.3, "a": 0.3, "delta": 0.05, "constraint": "nodal"}, levels=(1 / 80,))

@@ -115,10 +115,8 @@ def hertz_line(run: Run) -> list[Quantity]:
     x, areas = solved.places(), solved.result.linearisation.constraints[0].areas
     if run["constraint"] == "mortar":
         p0 = float(lam[np.argmin(x[:, 0])] / areas[np.argmin(x[:, 0])])
-        pressure = lam / areas
     else:
         p0 = pressure_at_pole(body, "bottom", x, lam, 0.5 * run["a"])
-        pressure = lam / areas
     error, _ = h1_error(body, exact.displacement_gradient)
     coarse = 1.0 if run.order == 2 else 5.0
     return [

@@ -10,6 +10,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from h5py import h5d, h5s
 
 from contact.record import Record, RecordReader, storage, writer
 from contact.record.storage import OrderedFile
@@ -55,30 +56,32 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> Calls:
 def test_an_index_that_grows_to_three_levels_is_readable_at_every_moment(tmp_path: Path, calls: Calls) -> None:
     """A B-tree of HDF5's default format splits a node of more than 64 chunks; with one row per chunk that comes often."""
     path, copy = tmp_path / "file.h5", tmp_path / "copy.h5"
-    levels, moments, split = set(), 0, False
+    nodes: dict[int, int] = {}
+    moments = 0
     with OrderedFile(path).hdf5() as file:
         x = file.create_dataset("x", (0,), "i8", maxshape=(None,), chunks=(1,), fill_time="never")
         file.attrs["count"] = 0
         file.flush()
-        shutil.copy(path, copy)
-        for row in range(4200):
+        for row in range(3720):
+            inspected = row < 130 or row > 3650
+            if inspected:
+                shutil.copy(path, copy)
             calls.clear()
             x.resize((row + 1,))
             x[row] = row
             file.flush()
             file.attrs.modify("count", row + 1)
             file.flush()
-            nodes = [data[5] for data, _ in calls if data.startswith(b"TREE")]
-            levels.update(nodes)
-            split = len(nodes) > 1
-            for _ in calls.moments(copy):
-                if split:
+            known = len(nodes)
+            nodes |= {address: data[5] for data, address in calls if data.startswith(b"TREE")}
+            if inspected and len(nodes) > known:
+                for _ in calls.moments(copy):
                     moments += 1
                     with h5py.File(copy, "r") as killed:
                         assert killed.attrs["count"] in (row, row + 1)
                         np.testing.assert_array_equal(killed["x"][:row], np.arange(row))
-    assert levels == {0, 1, 2}
-    assert moments > 100
+    assert set(nodes.values()) == {0, 1, 2}
+    assert moments > 4 * 8
 
 
 def test_a_record_is_readable_at_every_moment_of_a_step(
@@ -93,7 +96,7 @@ def test_a_record_is_readable_at_every_moment_of_a_step(
             record.append(step(k))
         shutil.copy(path, copy)
         with RecordReader(path) as reader:
-            expected = {name: np.concatenate([*reader.slabs(name), []]) for name in reader.names if name != "/scene"}
+            expected = {name: reader.file[name][()] for name in reader.names if name != "/scene"}
         calls.clear()
         record.append(step(64))
     counts = []
@@ -102,10 +105,13 @@ def test_a_record_is_readable_at_every_moment_of_a_step(
             counts.append(killed.count)
             for name, values in expected.items():
                 # All of it is read: what an unfinished step left behind must not keep anybody from reading.
-                np.testing.assert_array_equal(killed.file[name][()][: len(values)], values)
+                dataset = h5d.open(killed.file.id, name.encode())
+                found = np.empty(dataset.shape, dtype=values.dtype)
+                dataset.read(h5s.ALL, h5s.ALL, found)
+                assert np.array_equal(found[: len(values)], values), name
             state = killed.checkpoint()
             for name, values in step(killed.count - 1).checkpoint.items():
                 np.testing.assert_array_equal(state[name], values)
-    assert sum(data.startswith(b"TREE") for data, _ in calls) > 100
+    assert sum(data.startswith(b"TREE") for data, _ in calls) > 90
     assert counts == sorted(counts)
     assert set(counts) == {64, 65}

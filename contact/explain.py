@@ -1,0 +1,48 @@
+"""What a scene builds and what it leaves out, and why."""
+
+from __future__ import annotations
+
+from contact.scene import BodyTable, Elastic, MeshFile, MeshShape, Scene
+
+WITHOUT_GMSH = {"interval"}
+
+
+def explain(scene: Scene) -> str:
+    """One line for each part that is built and for each that is not."""
+    built, left_out = [], []
+    for body in scene.bodies:
+        built.extend(_body(body))
+    for contact in scene.contacts:
+        rows = "one row of H per node" if contact.constraint == "nodal" else "one row of H per vertex (mortar)"
+        planes = "formed once" if contact.sliding == "small" else "formed anew in each pass"
+        built.append(f"contact {contact.name!r}: {rows} of {contact.body}/{contact.tag}, {planes}")
+    if scene.contacts:
+        built.append(f"Delassus operator: columns for the rows that method {scene.solver.method!r} asks for, each once")
+    left_out.append("mass and damping matrices: the scene is quasi-static")
+    left_out.append("tangential rows: no contact names friction")
+    rigid = [b.name for b in scene.bodies if b.kind == "rigid"]
+    if rigid:
+        left_out.append(f"stiffness matrix and solver of {', '.join(rigid)}: rigid")
+    if not scene.contacts:
+        left_out.append("detection, Delassus operator and contact solver: no contact")
+    if not any(_uses_gmsh(b) for b in scene.bodies):
+        left_out.append("gmsh: no mesh needs it")
+    left_out.append("plotting libraries: loaded by --plot and the command plot only")
+    return "\n".join([f"built: {line}" for line in built] + [f"left out: {line}" for line in left_out])
+
+
+def _body(body: BodyTable) -> list[str]:
+    if body.kind == "rigid":
+        return [f"body {body.name!r}: rigid motions as unknowns of the contact problem"]
+    kind = body.material.formulation if isinstance(body.material, Elastic) else body.kind
+    return [
+        f"body {body.name!r}: one stiffness matrix ({kind}), factorised once",
+        f"body {body.name!r}: {len(body.supports)} support(s), {len(body.loads)} load(s)",
+    ]
+
+
+def _uses_gmsh(body: BodyTable) -> bool:
+    source = body.mesh
+    if isinstance(source, MeshFile) or not isinstance(source, MeshShape):
+        return False
+    return source.shape not in WITHOUT_GMSH and not (source.model_extra or {}).get("structured", False)

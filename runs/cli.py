@@ -1,0 +1,111 @@
+"""The command line: ``signorini``. Only what a command needs is imported, after its arguments are read."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from importlib.metadata import version
+
+DONE, OUTSIDE, BAD_INPUT, NOT_CONVERGED = 0, 1, 2, 3
+
+METHODS = ("status", "gauss-seidel", "lemke", "kkt", "vi-rsls", "vi-ssls", "tao", "vi-primal")
+
+
+class Parser(argparse.ArgumentParser):
+    """Reports a wrong argument in one line."""
+
+    def error(self, message: str) -> None:  # type: ignore[override]
+        """Exit with code 2."""
+        self.exit(BAD_INPUT, f"{self.prog}: {message}\n")
+
+
+def parser() -> Parser:
+    """All commands and their arguments."""
+    main = Parser(prog="signorini", description="Contact between devices, vessel walls and tissue.")
+    main.add_argument("--version", action="version", version=f"signorini {version('signorini')}")
+    commands = main.add_subparsers(dest="command", required=True, parser_class=Parser)
+
+    run = commands.add_parser("run", help="run a scene; what follows -- goes to PETSc")
+    run.add_argument("scene", metavar="SCENE.toml")
+    run.add_argument("-o", dest="output", metavar="FILE", help="the record (default: SCENE.vtkhdf)")
+    run.add_argument("--resume", metavar="FILE", help="go on with this record")
+    run.add_argument("--set", dest="changes", action="append", default=[], metavar="KEY=VALUE")
+    run.add_argument("--method", choices=METHODS, metavar="M", help=", ".join(METHODS))
+    run.add_argument("--plot", metavar="FILE.png")
+
+    explain = commands.add_parser("explain", help="what a scene builds and what it leaves out")
+    explain.add_argument("scene", metavar="SCENE.toml")
+    explain.add_argument("--set", dest="changes", action="append", default=[], metavar="KEY=VALUE")
+
+    validate = commands.add_parser("validate", help="solve problems with known answers")
+    validate.add_argument("cases", nargs="*", metavar="CASE")
+    validate.add_argument("--list", action="store_true", help="the cases and their parameters")
+    validate.add_argument("--set", dest="changes", action="append", default=[], metavar="KEY=VALUE")
+    resolution = validate.add_mutually_exclusive_group()
+    resolution.add_argument("--h", type=float, metavar="H", help="mesh size [m]")
+    resolution.add_argument("--n", type=int, metavar="N", help="points a side")
+    validate.add_argument("--order", type=int, choices=(1, 2), metavar="P")
+    validate.add_argument("--method", choices=METHODS, metavar="M", help=", ".join(METHODS))
+    validate.add_argument("--json", action="store_true", help="one JSON object per case and level")
+    validate.add_argument("-o", dest="output", metavar="DIR", help="keep the JSON lines in DIR/validate.jsonl")
+
+    show = commands.add_parser("show", help="what a record holds")
+    show.add_argument("record", metavar="FILE")
+    show.add_argument("--steps", action="store_true")
+    show.add_argument("--contact", type=int, metavar="STEP")
+    show.add_argument("--json", action="store_true")
+
+    plot = commands.add_parser("plot", help="a picture of a record")
+    plot.add_argument("record", metavar="FILE")
+    plot.add_argument("-o", dest="output", metavar="PNG")
+
+    compare = commands.add_parser("compare", help="the first dataset in which two records differ")
+    compare.add_argument("records", nargs=2, metavar="FILE")
+    compare.add_argument("--tolerance", type=float, default=0.0, metavar="T", help="relative difference to pass over")
+    return main
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run a command; the exit code of `design`: 0 done, 1 outside a tolerance, 2 bad input, 3 not converged."""
+    words = list(sys.argv[1:] if argv is None else argv)
+    # argparse alone gets `--` wrong beside optional positionals, so the split comes first.
+    cut = words.index("--") if "--" in words else len(words)
+    arguments, petsc_options = parser().parse_args(words[:cut]), words[cut + 1 :]
+    try:
+        return _dispatch(arguments, petsc_options)
+    except (ValueError, ImportError, OSError) as error:
+        return _say(error, BAD_INPUT)
+    except RuntimeError as error:
+        # The solvers' own errors and PETSc's are RuntimeErrors.
+        return _say(error, NOT_CONVERGED)
+
+
+def _dispatch(arguments: argparse.Namespace, petsc_options: list[str]) -> int:
+    if arguments.command in ("show", "compare", "plot"):
+        from runs import records
+
+        return records.command(arguments)
+    from fem import petsc
+
+    petsc.initialise(petsc_options)
+    if arguments.command == "validate":
+        from runs import validate
+
+        return validate.command(arguments)
+    from runs import scenes
+
+    return scenes.command(arguments, petsc_options)
+
+
+def _say(error: Exception, code: int) -> int:
+    """One line on standard error, by rank 0."""
+    mpi = sys.modules.get("mpi4py.MPI")
+    if mpi is None or mpi.COMM_WORLD.rank == 0:
+        text = str(error).strip() or type(error).__name__
+        print("signorini:", " ".join(text.split()), file=sys.stderr)
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main())

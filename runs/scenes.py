@@ -1,0 +1,113 @@
+"""The commands `run` and `explain`."""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from mpi4py import MPI
+from petsc4py import PETSc
+from tqdm import tqdm
+
+from contact.build import build
+from contact.explain import explain
+from contact.loop import AcceptedStep, march
+from contact.output import Gatherer
+from contact.record import Record, RecordReader
+from contact.scene import Scene, read_scene
+
+
+def command(arguments: argparse.Namespace, petsc_options: list[str]) -> int:
+    """Run or explain a scene."""
+    path = Path(arguments.scene)
+    changes = list(arguments.changes)
+    if arguments.command == "explain":
+        scene, _ = read_scene(path, changes)
+        print(explain(scene))
+        return 0
+    if arguments.method:
+        changes.append(f'solver.method="{arguments.method}"')
+    scene, text = read_scene(path, changes)
+    target = Path(arguments.resume or arguments.output or path.with_suffix(".vtkhdf").name)
+    _run(scene, path, text, target, bool(arguments.resume), {"changes": " ".join(changes), "petsc_options": " ".join(petsc_options)})
+    if arguments.plot and MPI.COMM_WORLD.rank == 0:
+        from runs.plot import plot_record
+
+        plot_record(target, arguments.plot)
+    return 0
+
+
+def _run(scene: Scene, path: Path, text: str, target: Path, resume: bool, run: dict[str, Any]) -> None:
+    """Build, prepare and march; the record begins only when the input has proved good."""
+    comm = MPI.COMM_WORLD
+    system = build(scene, comm, path.parent)
+    try:
+        system.prepare()
+        gather = Gatherer(system)
+        first, start, record = 0, None, None
+        if resume:
+            first, state = _checkpoint(target, text, comm)
+            start = gather.restore(state)
+        grid = gather.grid()
+        if comm.rank == 0:
+            assert grid is not None
+            facts = {**_facts(comm), **run, "explain": explain(scene)}
+            record = Record.resume(target) if resume else Record.create(target, grid, text, facts)
+        bar = tqdm(total=scene.time.steps, initial=first, unit="step", disable=comm.rank > 0 or not sys.stderr.isatty())
+
+        def sink(accepted: AcceptedStep) -> None:
+            with system.clock("output"):
+                row = gather.step(accepted)
+                if record is not None and row is not None:
+                    record.append(row)
+            bar.update()
+
+        try:
+            march(system, scene, sink, first, start)
+        finally:
+            bar.close()
+            if record is not None:
+                record.close()
+        if comm.rank == 0:
+            print(target)
+    finally:
+        system.close()
+
+
+def _checkpoint(target: Path, text: str, comm: Any) -> tuple[int, dict[str, Any] | None]:
+    """The number of finished steps and the state after them (on rank 0); ValueError where the run cannot go on."""
+    found: tuple[int, dict[str, Any] | None, str] = (0, None, "")
+    if comm.rank == 0:
+        try:
+            with RecordReader(target) as old:
+                if old.scene != text:
+                    raise ValueError(f"{target}: is the record of another scene")
+                if not old.steps()["converged"][-1]:
+                    raise ValueError(f"{target}: its last step did not converge; nothing to go on from")
+                found = (old.count, old.checkpoint(), "")
+        except ValueError as error:
+            found = (0, None, str(error))
+    count, problem = comm.bcast((found[0], found[2]))
+    if problem:
+        raise ValueError(problem)
+    return count, found[1]
+
+
+def _facts(comm: Any) -> dict[str, Any]:
+    """Versions, commit and ranks of this run."""
+    try:
+        here = Path(__file__).parent
+        commit = subprocess.run(["git", "rev-parse", "HEAD"], cwd=here, capture_output=True, text=True).stdout.strip()
+    except OSError:
+        commit = ""
+    return {
+        "signorini": version("signorini"),
+        "petsc": ".".join(str(n) for n in PETSc.Sys.getVersion()),
+        "numpy": version("numpy"),
+        "commit": commit or "unknown",
+        "ranks": comm.size,
+    }

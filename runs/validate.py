@@ -1,0 +1,141 @@
+"""The command `validate`: solve cases of the catalogue and hold them against their known answers."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import sys
+from pathlib import Path
+from typing import Any
+
+from mpi4py import MPI
+from tqdm import tqdm
+
+import validation.cases  # noqa: F401  enters the cases into the catalogue
+from contact.solvers.problem import ContactNotConvergedError, InfeasibleError
+from validation.case import CASES, Case, Parameter, Quantity, Run, fitted_rate, quantity_entry
+
+
+def command(arguments: argparse.Namespace) -> int:
+    """Run the cases; 1 where a quantity is outside its tolerance, 3 where a method does not converge."""
+    comm = MPI.COMM_WORLD
+    names = arguments.cases or list(CASES)
+    for name in names:
+        if name not in CASES:
+            raise ValueError(f"case {name!r}: unknown, must be one of {', '.join(CASES)}")
+    if arguments.list:
+        _list(names, comm)
+        return 0
+    changes = dict(_change(text) for text in arguments.changes)
+    runs = [run for name in names for run in plan(CASES[name], comm, changes, arguments)]
+    reports: list[dict[str, Any]] = []
+    bar = tqdm(runs, unit="case", leave=False, disable=comm.rank > 0 or not sys.stderr.isatty())
+    for run in bar:
+        bar.set_description(run.case.name)
+        report = solve(run)
+        history = [r for r in reports if r["case"] == report["case"]]
+        last = run is runs[-1] or runs[runs.index(run) + 1].case is not run.case
+        if last and "error" not in report:
+            _add_rates(run, [*history, report])
+        reports.append(report)
+        if comm.rank == 0:
+            bar.clear()
+            print(json.dumps(report) if arguments.json else text_of(report), flush=True)
+    if arguments.output and comm.rank == 0:
+        folder = Path(arguments.output)
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "validate.jsonl").write_text("".join(json.dumps(r) + "\n" for r in reports), encoding="utf8")
+    if any("error" in r for r in reports):
+        return 3
+    failed = [r["case"] for r in reports if not r["passed"]]
+    if comm.rank == 0 and not arguments.json:
+        print(f"{len(reports) - len(failed)} of {len(reports)} passed" + (f"; not: {', '.join(failed)}" if failed else ""))
+    return 1 if failed else 0
+
+
+def plan(case: Case, comm: Any, changes: dict[str, Parameter], arguments: argparse.Namespace) -> list[Run]:
+    """The runs of a case: its default levels, or the one that the arguments ask for."""
+    parameters = case.configure(changes)
+    order = arguments.order or case.orders[-1]
+    if order not in case.orders:
+        raise ValueError(f"{case.name}: order = {order}: must be one of {', '.join(map(str, case.orders))}")
+    levels = list(case.levels) or [1.0]
+    if arguments.h is not None:
+        if not (0 < arguments.h < math.inf):
+            raise ValueError(f"--h {arguments.h}: must be a positive number")
+        levels = [arguments.h]
+    if arguments.n is not None:
+        if case.n_to_h is None or arguments.n < 3:
+            raise ValueError(f"--n {arguments.n}: must be at least 3, for a case on a grid of points ({case.name} takes --h)")
+        levels = [case.n_to_h(arguments.n)]
+    return [Run(case, comm, parameters, h, order, arguments.method or case.method) for h in levels]
+
+
+def solve(run: Run) -> dict[str, Any]:
+    """The report of a run; one whose method fails says so under ``error``."""
+    try:
+        return run.report(run.case.solve(run))
+    except (ContactNotConvergedError, InfeasibleError) as error:
+        return {
+            "case": run.case.name,
+            "parameters": run.parameters,
+            "method": run.method,
+            "order": run.order,
+            "h": run.h,
+            "error": f"{type(error).__name__}: {error}",
+            "passed": False,
+        }
+    finally:
+        run.close()
+
+
+def _add_rates(run: Run, reports: list[dict[str, Any]]) -> None:
+    """The fitted rates over the levels, as quantities of the last report."""
+    last = reports[-1]
+    for name, claims in run.case.rates.items():
+        if len(reports) < 3 or run.order not in claims:
+            continue
+        rate, tolerance = claims[run.order]
+        computed = fitted_rate([r["h"] for r in reports], [r["quantities"][name]["error"] for r in reports])
+        quantity = Quantity(f"rate of {name}", computed, rate, tolerance / rate)
+        last["quantities"][quantity.name] = quantity_entry(quantity)
+        last["passed"] = last["passed"] and quantity.passed
+
+
+def _change(text: str) -> tuple[str, Parameter]:
+    key, equals, value = text.partition("=")
+    if not equals:
+        raise ValueError(f"--set {text!r}: must be KEY=VALUE")
+    try:
+        return key, float(value)
+    except ValueError:
+        return key, value
+
+
+def _list(names: list[str], comm: Any) -> None:
+    if comm.rank:
+        return
+    for name in names:
+        case = CASES[name]
+        print(f"{name}: {case.summary}")
+        print("   ", " ".join(f"{k}={v:.6g}" if isinstance(v, float) else f"{k}={v}" for k, v in case.parameters.items()))
+
+
+def text_of(report: dict[str, Any]) -> str:
+    """A report for people."""
+    head = f"{report['case']}  h={report['h']:.4g}  order={report['order']}  {report['method']}"
+    if "error" in report:
+        return f"{head}  {report['error']}"
+    c = report["certificate"]
+    lines = [
+        f"{head}  {report['dofs']} unknowns, {report['contacts']} contacts, {report['iterations']} iterations, "
+        f"{report['time']['total']:.2f} s; complementarity {c['complementarity']:.0e}, equilibrium {c['equilibrium']:.0e}"
+    ]
+    for name, q in report["quantities"].items():
+        verdict = "ok" if q["passed"] else "OUTSIDE"
+        lines.append(
+            f"    {name:<22} {q['computed']:>14.8g}  exact {q['exact']:>14.8g}  "
+            f"error {q['error']:.1e}  (at most {q['tolerance']:.1e})  {verdict}"
+        )
+    return "\n".join(lines)
