@@ -66,12 +66,10 @@ def build(scene: Scene, comm: Any, folder: Path = Path(), clock: Clock | None = 
 
 def _body(table: BodyTable, comm: Any, folder: Path) -> Body:
     mesh = _on_root(comm, lambda: _mesh(table, folder))
-    dim, axisymmetric = comm.bcast(None if mesh is None else mesh.dim), False
+    dim = comm.bcast(None if mesh is None else mesh.dim)
     material = table.material
-    if isinstance(material, Elastic):
-        axisymmetric = material.state == "axisymmetric"
-        if dim != (3 if material.state == "3d" else 2):
-            raise ValueError(f"body {table.name!r}: state = {material.state!r} does not fit a mesh of dimension {dim}")
+    if isinstance(material, Elastic) and dim != (3 if material.state == "3d" else 2):
+        raise ValueError(f"body {table.name!r}: state = {material.state!r} does not fit a mesh of dimension {dim}")
     components = dim if table.kind in ("solid", "rigid") else 1
     supports = [Support(s.tag, _component(table, s.component, components), field(s.value)) for s in table.supports]
     loads = [Load(load.kind, field(load.value), load.tag) for load in table.loads]
@@ -140,9 +138,7 @@ def field(value: Any) -> Any:
         return Expression(value)
     if isinstance(value, list) and any(isinstance(part, str) for part in value):
         parts = [field(part) for part in value]
-        return lambda x, t: np.stack(
-            [p(x, t) if callable(p) else np.full(len(x), float(p)) for p in parts], axis=1
-        )
+        return lambda x, t: np.stack([p(x, t) if callable(p) else np.full(len(x), float(p)) for p in parts], axis=1)
     return value
 
 

@@ -47,7 +47,7 @@ def certify(system: System, lin: Linearisation, lam: Floats, free_gaps: Floats) 
     """The certificate of the system's present state with forces `lam` on all constraints. Collective.
 
     `free_gaps` are δ_f on all constraints. W_ii = 0 (rigid bodies only) is replaced by ℓ / max λ, so that a force on an
-    open gap shows there too.
+    open gap shows there too; where a method never formed W_ii, the whole gap counts.
     """
     size = max((body.size for body in system.bodies), default=1.0)
     contact_forces = [(body, lin.free[body].T @ lam) for body in system.bodies]
@@ -56,7 +56,9 @@ def certify(system: System, lin: Linearisation, lam: Floats, free_gaps: Floats) 
     rows = np.flatnonzero(lin.movable)
     delta, lam, start = gaps[rows], lam[rows], np.minimum(free_gaps[rows], gaps[rows])
     active = np.flatnonzero(lam > 0)
-    length = max(float(np.max(-start, initial=0.0)), float(np.max(np.abs(delta - free_gaps[rows])[active], initial=0.0)))
+    length = max(
+        float(np.max(-start, initial=0.0)), float(np.max(np.abs(delta - free_gaps[rows])[active], initial=0.0))
+    )
     length = max(length, 1e-12 * size)
     D = np.zeros(len(rows))
     if active.size:

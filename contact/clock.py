@@ -10,7 +10,7 @@ PHASES = ("assemble", "factor", "detect", "delassus", "solve", "output")
 
 
 class Clock:
-    """Adds up the time spent in each phase; a phase entered inside another interrupts it, so that their sum is the whole."""
+    """Adds up the time spent in each phase; a phase inside another interrupts it, so that their sum is the whole."""
 
     def __init__(self) -> None:
         self.seconds = dict.fromkeys(PHASES, 0.0)

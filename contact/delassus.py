@@ -80,6 +80,6 @@ class CompliantDelassus:
         return W
 
     def diagonal(self, rows: Ints) -> Floats:
-        """W_ii for rows whose columns are kept."""
-        d: Floats = self.columns(rows)[rows, np.arange(len(rows))]
-        return d
+        """W_ii where the column has been formed, infinity elsewhere: a certificate costs no solve."""
+        slots = self._slot[rows]
+        return np.where(slots >= 0, self._kept[rows, np.maximum(slots, 0)] if self.solved else 0.0, np.inf)

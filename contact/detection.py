@@ -44,26 +44,38 @@ def first_root(surface: Surface, start: Floats, end: Floats, tolerance: float) -
 
 
 def closest_points(surface: Surface, x: Floats, iterations: int = 100) -> Floats:
-    """The point of the surface nearest to each x, (points, D).
+    """A point y of the surface nearest to each x, (points, D): g(y) = 0 and (x − y) × ∇g(y) = 0.
 
-    Alternates the projection of x on the tangent plane of the last guess with a step along the gradient back to the
-    surface: the secant update of the method's source, whose limit satisfies (x − y) × ∇g(y) = 0 and g(y) = 0.
-    It contracts where |x − y| is below the surface's radius of curvature.
+    Projects x on the tangent plane of the last guess and goes back to the surface along the gradient: the secant update
+    of the method's source, which contracts where |x − y| is below the surface's radius of curvature. Beyond that its
+    step is too long: it is shortened where it leads away from x, and its length adapted to the curvature that it finds
+    (Barzilai and Borwein 1988), so that |x − y| never grows and convergence is superlinear.
     """
-    y = _onto(surface, x.copy())
+    y = _onto(surface, x)
+    t = _tangential(surface, x, y)
+    length = np.ones(len(x))
+    moving = np.arange(len(x))
     for _ in range(iterations):
-        normal = _unit(surface.gradient(y))
-        target = x - np.einsum("pd,pd->p", x - y, normal)[:, None] * normal
-        moved = _onto(surface, target)
-        change = np.abs(moved - y).max(axis=1, initial=0.0)
-        y = moved
-        if np.all(change <= 1e-15 * (1e-300 + np.abs(x).max(initial=0.0))):
+        step = length[moving] * np.linalg.norm(t[moving], axis=1)
+        moving = moving[step > 1e-15 * np.abs(x[moving]).max(axis=1, initial=0.0)]
+        if not moving.size:
             break
+        at, old, pull = x[moving], y[moving], t[moving]
+        new = _onto(surface, old + length[moving, None] * pull)
+        left = _tangential(surface, at, new)
+        nearer = np.linalg.norm(at - new, axis=1) <= np.linalg.norm(at - old, axis=1) * (1 + 1e-15)
+        moved = new - old
+        bent = _dot(moved, pull - left)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            adapted = np.where(bent > 0, _dot(moved, moved) / bent, 1.0)
+        y[moving] = np.where(nearer[:, None], new, old)
+        t[moving] = np.where(nearer[:, None], left, pull)
+        length[moving] = np.where(nearer, adapted, length[moving] / 4)
     return y
 
 
 def root_along(surface: Surface, x: Floats, direction: Floats, reach: float) -> Floats:
-    """The signed distance s from each x to the surface along −`direction`: g(x − s d) = 0, positive on the allowed side.
+    """The signed distance s of each x from the surface along `direction` d: g(x − s d) = 0, s > 0 on the allowed side.
 
     Newton's method safeguarded by a bracket within ±`reach` [m]; where the surface is not met within reach, s = ±reach.
     """
@@ -84,16 +96,28 @@ def root_along(surface: Surface, x: Floats, direction: Floats, reach: float) -> 
     return s
 
 
-def _onto(surface: Surface, y: Floats) -> Floats:
+def _onto(surface: Surface, x: Floats) -> Floats:
     """Newton steps along the gradient to g = 0."""
+    y = x.copy()
+    moving = np.arange(len(x))
     for _ in range(50):
-        g, gradient = surface.potential(y), surface.gradient(y)
-        step = g / np.einsum("pd,pd->p", gradient, gradient)
-        y = y - step[:, None] * gradient
-        if np.all(np.abs(g) <= 1e-16 * (1e-300 + np.abs(y).max(initial=0.0))):
+        gradient = surface.gradient(y[moving])
+        step = (surface.potential(y[moving]) / _dot(gradient, gradient))[:, None] * gradient
+        y[moving] -= step
+        moving = moving[np.abs(step).max(axis=1, initial=0.0) > 1e-16 * np.abs(y[moving]).max(axis=1, initial=0.0)]
+        if not moving.size:
             break
     return y
 
 
-def _unit(v: Floats) -> Floats:
-    return v / np.linalg.norm(v, axis=1)[:, None]
+def _tangential(surface: Surface, x: Floats, y: Floats) -> Floats:
+    """The part of x − y in the tangent plane at y."""
+    normal = surface.gradient(y)
+    away = x - y
+    part: Floats = away - (_dot(away, normal) / _dot(normal, normal))[:, None] * normal
+    return part
+
+
+def _dot(a: Floats, b: Floats) -> Floats:
+    product: Floats = np.einsum("pd,pd->p", a, b)
+    return product

@@ -11,7 +11,8 @@ Floats = NDArray[np.float64]
 
 VARIABLES = ("x", "y", "z", "t")
 FUNCTIONS = (
-    "abs", "arccos", "arcsin", "arctan", "arctan2", "cos", "cosh", "exp", "log", "sin", "sinh", "sqrt", "tan", "tanh", "where",
+    "abs", "arccos", "arcsin", "arctan", "arctan2", "cos", "cosh", "exp", "log", "sin", "sinh", "sqrt", "tan", "tanh",
+    "where",
 )  # fmt: skip
 
 

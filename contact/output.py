@@ -23,7 +23,7 @@ VTK_TYPES = {(1, 2): 3, (1, 3): 21, (2, 3): 5, (2, 6): 22, (3, 4): 10, (3, 10): 
 
 
 class Gatherer:
-    """Brings nodes and cells of all bodies together on rank 0, bodies one after the other, nodes as the meshes number them.
+    """Brings nodes and cells of all bodies together on rank 0, one body after the other, numbered as in the meshes.
 
     Collective on the bodies' communicator.
     """
@@ -152,7 +152,9 @@ class Gatherer:
         for number, body in enumerate(self.system.bodies):
             x = np.asarray(state.get(f"x/{number}", np.zeros(0)))
             if len(x) != body.space.size:
-                raise ValueError(f"resume: the record's body {number} has {len(x)} unknowns, the scene's {body.space.size}")
+                raise ValueError(
+                    f"resume: the record's body {number} has {len(x)} unknowns, the scene's {body.space.size}"
+                )
             body.u = body.space.local(x[body.space.first : body.space.first + body.space.owned])
         for number, pair in enumerate(self.system.pairs):
             if isinstance(pair, FiniteSliding):

@@ -2,7 +2,8 @@
 
 A pair turns the bodies' present state into linear constraints δ(u) = H u + offset, and measures true gaps independently
 of them for the certificate. Where displacements are small against the curvature of the surface (`SmallSliding`) the
-constraints are formed once; otherwise (`FiniteSliding`) detection along the motion gives tangent planes anew in each pass.
+constraints are formed once; otherwise (`FiniteSliding`) detection along the motion gives tangent planes anew in each
+pass.
 """
 
 from __future__ import annotations
@@ -136,7 +137,7 @@ class FiniteSliding:
         self.met = np.zeros(points.count, dtype=bool)
 
     def start(self) -> None:
-        """Refuse an interference deeper than declared; points within tolerance of the surface are in contact at once."""
+        """Refuse an interference deeper than declared; points on the surface or inside it are in contact at once."""
         gaps = self.gaps()
         check_interference(self.name, gaps, self.interference, self.points.body.size)
         # A floating body has no motion along which to meet anything: whatever could hold it is in contact's reach.
@@ -189,7 +190,8 @@ class PointToPoint:
             raise ValueError(f"contact {name!r}: a contact between two bodies takes one point of each")
 
     def _positions(self) -> Floats:
-        return (self.points.places - self.others.places) @ self.normal
+        apart: Floats = (self.points.places - self.others.places) @ self.normal
+        return apart
 
     def start(self) -> None:
         """Refuse an interference deeper than declared."""
@@ -211,7 +213,8 @@ class PointToPoint:
     def gaps(self) -> Floats:
         """The distance of the two points along the normal."""
         moved = self.points.mean(self.points.displacements()) - self.others.mean(self.others.displacements())
-        return self._positions() + moved @ self.normal
+        apart: Floats = self._positions() + moved @ self.normal
+        return apart
 
     def accept(self) -> None:
         """Nothing: the constraints do not depend on the motion."""

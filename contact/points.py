@@ -1,8 +1,9 @@
 """Contact points of a body and the constraints that they form.
 
-A contact point q moves with its body, x_q = X_q + Σ_k N_qk u_k; a constraint i is a weighted mean of gaps, δ_i = Σ_q T_qi g_q.
-Nodal constraints take the gap at each node of a surface; mortar constraints the mean against the hat function ψ_i of each
-vertex, δ_i = ∫ψ_i g ds / ∫ψ_i ds, whose multiplier is the vertex value of a pressure p_h = Σ_i ψ_i λ_i / ∫ψ_i ds.
+A contact point q moves with its body, x_q = X_q + Σ_k N_qk u_k; a constraint i is a weighted mean of gaps,
+δ_i = Σ_q T_qi g_q. Nodal constraints take the gap at each node of a surface; mortar constraints the mean against the
+hat function ψ_i of each vertex, δ_i = ∫ψ_i g ds / ∫ψ_i ds, whose multiplier is the vertex value of a pressure
+p_h = Σ_i ψ_i λ_i / ∫ψ_i ds.
 On second-order triangles nodal forces of a uniform pressure vanish at the vertices, so that λ ≥ 0 node by node is wrong
 there: nodal constraints on such faces are refused.
 """
@@ -51,11 +52,13 @@ class ContactPoints:
 
     def positions(self) -> Floats:
         """Undeformed positions of the points, (q, D) [m]."""
-        return np.einsum("qk,qkd->qd", self.values, self.body.points[self.nodes])
+        x: Floats = np.einsum("qk,qkd->qd", self.values, self.body.points[self.nodes])
+        return x
 
     def displacements(self) -> Floats:
         """Displacements of the points, (q, D) [m]."""
-        return np.einsum("qk,qkd->qd", self.values, self.body.displacement[self.nodes])
+        u: Floats = np.einsum("qk,qkd->qd", self.values, self.body.displacement[self.nodes])
+        return u
 
     def mean(self, g: Floats) -> Floats:
         """Σ_q T_qi g_q for values g at this rank's points, (c, …), summed over the ranks. Collective."""
@@ -67,7 +70,7 @@ class ContactPoints:
         return total.reshape(self.count, *g.shape[1:])
 
     def matrix(self, normals: Floats) -> sp.csr_array:
-        """H with δ = H u + const for unit normals at the points (q, D): the columns of owned unknowns, (c, owned). Collective.
+        """H with δ = H u + const for unit normals at the points (q, D): columns of owned unknowns, (c, owned). Collective.
 
         Points at the border of a rank reach unknowns of its neighbours; PETSc sends those entries to their owners.
         """
@@ -100,7 +103,9 @@ def nodal(body: Body, tag: str) -> ContactPoints:
     """
     space, facets = body.space, body.facets(tag)
     if facets.shape[1] == 6:
-        raise ValueError(f"contact on {body.name!r}: nodal constraints need first-order triangles; use mortar, or order 1")
+        raise ValueError(
+            f"contact on {body.name!r}: nodal constraints need first-order triangles; use mortar, or order 1"
+        )
     numbers, mine = _rows(body, facets)
     nodes = np.unique(facets)
     rows = np.searchsorted(numbers, space.piece.nodes[nodes])
@@ -132,15 +137,18 @@ def mortar(body: Body, tag: str, degree: int = 6) -> ContactPoints:
     areas = space.comm.allreduce(areas)
     f, q = mapped.weights.shape
     shares = np.einsum("fq,qa->fqa", mapped.weights, psi) / areas[mine][:, None, :]
-    flat = lambda a, width: np.broadcast_to(a, (f, q, width)).reshape(f * q, width)  # noqa: E731
+
+    def flat[T: np.generic](a: NDArray[T]) -> NDArray[T]:
+        return np.broadcast_to(a, (f, q, a.shape[-1])).reshape(f * q, a.shape[-1])
+
     nodes, first = np.unique(vertices, return_index=True)
     places = _spread(body, len(numbers), mine.ravel()[first], body.points[nodes])
     return ContactPoints(
         body,
-        flat(facets[:, None, :], facets.shape[1]),
-        flat(shape(xi, order)[None], facets.shape[1]),
-        flat(mine[:, None, :], dim + 1),
-        shares.reshape(f * q, dim + 1),
+        flat(facets[:, None, :]),
+        flat(shape(xi, order)[None]),
+        flat(mine[:, None, :]),
+        flat(shares),
         places,
         areas,
         numbers,

@@ -1,7 +1,7 @@
 """The schema of a scene: every key, its unit and what is allowed.
 
-A scene file is TOML; its tables are these models, and unknown keys are refused. The catalogue of `validation` builds the
-same models in Python, where a value may also be a function (x, t).
+A scene file is TOML; its tables are these models, and unknown keys are refused. The catalogue of `validation` builds
+the same models in Python, where a value may also be a function (x, t).
 """
 
 from __future__ import annotations
@@ -88,7 +88,8 @@ class LoadTable(Table):
     kind: Literal["body", "traction", "pressure", "force"]
     tag: Name | None = Field(None, description="where it acts; none for a body load")
     value: Value | list[Number | str] = Field(
-        description="[N/m^d] body, [Pa] traction (per component) and pressure (along −n), [N] force; numbers or expressions"
+        description="[N/m^d] body, [Pa] traction (per component) and pressure (along −n), [N] force; "
+        "numbers or expressions"
     )
 
     _value = field_validator("value")(_check_value)
@@ -96,7 +97,9 @@ class LoadTable(Table):
     @model_validator(mode="after")
     def _tagged(self) -> LoadTable:
         if (self.tag is None) != (self.kind == "body"):
-            raise ValueError(f"tag = {self.tag!r}: a {self.kind} load {'has no' if self.kind == 'body' else 'needs a'} tag")
+            raise ValueError(
+                f"tag = {self.tag!r}: a {self.kind} load {'has no' if self.kind == 'body' else 'needs a'} tag"
+            )
         return self
 
 
@@ -127,8 +130,8 @@ class BodyTable(Table):
 
     @model_validator(mode="after")
     def _consistent(self) -> BodyTable:
-        wanted = {"solid": Elastic, "bar": Tension, "string": Tension, "membrane": Tension, "rigid": type(None)}[self.kind]
-        if not isinstance(self.material, wanted):
+        wanted: dict[str, type] = {"solid": Elastic, "rigid": type(None)}
+        if not isinstance(self.material, wanted.get(self.kind, Tension)):
             need = {"solid": "E, nu and state", "bar": "EA", "rigid": "nothing"}.get(self.kind, "T")
             raise ValueError(f"material: a {self.kind} takes {need}")
         if isinstance(self.material, Tension) and (self.material.EA is None) == (self.kind == "bar"):
@@ -226,7 +229,9 @@ class ContactTable(Table):
     name: Name = "contact"
     body: Name
     tag: Name
-    surface: SurfaceTable | Any = Field(description="plane, sphere, cylinder, paraboloid, cone, sinusoid, dome, or point")
+    surface: SurfaceTable | Any = Field(
+        description="plane, sphere, cylinder, paraboloid, cone, sinusoid, dome, or point"
+    )
     constraint: Literal["nodal", "mortar"] = "nodal"
     sliding: Literal["small", "finite"] = Field(
         "small", description="small: normals stay those of the undeformed state; finite: detected along the motion"
@@ -257,14 +262,14 @@ class SolverTable(Table):
 class TimeTable(Table):
     """Quasi-static steps up to `end`; loads and displacements may depend on t."""
 
-    end: Positive = Field(1.0, description="[s]")
+    end: Positive = Field(default=1.0, description="[s]")
     steps: Annotated[int, Field(ge=1)] = 1
 
 
 class ExactTable(Table):
     """Known answers, to be drawn beside the computed ones."""
 
-    pressure: str | None = Field(None, description="contact pressure [Pa], an expression in x, y, z [m]")
+    pressure: str | None = Field(default=None, description="contact pressure [Pa], an expression in x, y, z [m]")
 
     _pressure = field_validator("pressure")(_check_value)
 

@@ -11,6 +11,7 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import null_space
 
 Floats = NDArray[np.float64]
 
@@ -37,11 +38,12 @@ class Plane:
 
     def potential(self, x: Floats) -> Floats:
         """Signed distance to the plane."""
-        return (x - self.point) @ self.normal
+        g: Floats = (x - self.point) @ self.normal
+        return g
 
     def gradient(self, x: Floats) -> Floats:
         """The normal."""
-        return np.broadcast_to(self.normal, x.shape)
+        return np.tile(self.normal, (len(x), 1))
 
     def lipschitz(self, a: Floats, b: Floats) -> Floats:
         """One."""
@@ -54,18 +56,23 @@ class Sphere:
     def __init__(self, centre: Floats, radius: float, inside: bool = False) -> None:
         self.centre, self.radius = np.asarray(centre, dtype=float), radius
         self.sign = -1.0 if inside else 1.0
+        self.across = np.eye(len(self.centre))
 
     def _offset(self, x: Floats) -> Floats:
-        return x - self.centre
+        """x − c in the basis `across` of the directions that the surface is round in."""
+        d: Floats = (x - self.centre) @ self.across
+        return d
 
     def potential(self, x: Floats) -> Floats:
         """±(|x − c| − R)."""
-        return self.sign * (np.linalg.norm(self._offset(x), axis=1) - self.radius)
+        return self.sign * (_radius(self._offset(x)) - self.radius)
 
     def gradient(self, x: Floats) -> Floats:
-        """±(x − c)/|x − c|."""
+        """±(x − c)/|x − c|; at the centre, from where every point of the surface is closest, one unit vector of them."""
         d = self._offset(x)
-        return self.sign * d / np.maximum(np.linalg.norm(d, axis=1), 1e-300)[:, None]
+        d[_radius(d) == 0, 0] = 1.0
+        gradient: Floats = self.sign * (d / _radius(d)[:, None]) @ self.across.T
+        return gradient
 
     def lipschitz(self, a: Floats, b: Floats) -> Floats:
         """One."""
@@ -77,12 +84,7 @@ class Cylinder(Sphere):
 
     def __init__(self, point: Floats, axis: Floats, radius: float, inside: bool = False) -> None:
         super().__init__(point, radius, inside)
-        e = np.asarray(axis, dtype=float)
-        self.axis = e / np.linalg.norm(e)
-
-    def _offset(self, x: Floats) -> Floats:
-        d = x - self.centre
-        return d - (d @ self.axis)[:, None] * self.axis
+        self.across = null_space(np.atleast_2d(np.asarray(axis, dtype=float)))
 
 
 class Graph:
@@ -111,7 +113,8 @@ class Graph:
     def potential(self, x: Floats) -> Floats:
         """±(x_D − o_D) − φ(x' − o')."""
         y = x - self.origin
-        return self.sign * y[:, -1] - self.height(y[:, :-1])
+        g: Floats = self.sign * y[:, -1] - self.height(y[:, :-1])
+        return g
 
     def gradient(self, x: Floats) -> Floats:
         """(−∇φ, ±1)."""
@@ -121,15 +124,17 @@ class Graph:
     def lipschitz(self, a: Floats, b: Floats) -> Floats:
         """√(1 + sup|∇φ|²)."""
         steepest = self.steepest((a - self.origin)[:, :-1], (b - self.origin)[:, :-1])
-        return np.sqrt(1 + steepest**2)
+        bound: Floats = np.sqrt(1 + steepest**2)
+        return bound
 
 
 def _furthest(a: Floats, b: Floats) -> Floats:
-    return np.maximum(np.linalg.norm(a, axis=1), np.linalg.norm(b, axis=1))
+    return np.maximum(_radius(a), _radius(b))
 
 
 def _radius(y: Floats) -> Floats:
-    return np.linalg.norm(y, axis=1)
+    r: Floats = np.linalg.norm(y, axis=1)
+    return r
 
 
 def paraboloid(origin: Floats, radius: float, downward: bool = False) -> Graph:
@@ -179,12 +184,14 @@ def dome(origin: Floats, radius: float, rim: float, downward: bool = False) -> G
 
     def height(y: Floats) -> Floats:
         r = _radius(y)
-        return np.where(r < rim, np.sqrt(np.maximum(radius**2 - r**2, edge**2)), edge - steep * (r - rim))
+        z: Floats = np.where(r < rim, np.sqrt(np.maximum(radius**2 - r**2, edge**2)), edge - steep * (r - rim))
+        return z
 
     def slope(y: Floats) -> Floats:
         r = _radius(y)
         rate = np.where(r < rim, -1 / np.sqrt(np.maximum(radius**2 - r**2, edge**2)), -steep / np.maximum(r, rim))
-        return rate[:, None] * y
+        slopes: Floats = rate[:, None] * y
+        return slopes
 
     return Graph(origin, height, slope, lambda a, b: np.full(len(a), steep), downward)
 

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
+from petsc4py import PETSc
 
 from contact.clock import Clock
 from contact.delassus import CompliantDelassus
 from contact.pairs import Constraints, Pair
-from contact.solvers.problem import ContactProblem, Primal, Solution
+from contact.solvers.problem import ContactProblem, Solution
 from fem.body import Body
 
 Floats = NDArray[np.float64]
@@ -30,6 +32,19 @@ class TimedDelassus(CompliantDelassus):
         """W[:, rows]."""
         with self._clock("delassus"):
             return super().columns(rows)
+
+
+class BodyMatrices:
+    """`Primal` of the deformable bodies; H becomes a PETSc matrix only when a method asks for it."""
+
+    def __init__(self, H: dict[Body, sp.csr_array]) -> None:
+        self.A = [body.A for body in H]
+        self._columns = H
+
+    @cached_property
+    def H(self) -> list[Any]:
+        """H_b as PETSc matrices (c, n_b). Collective."""
+        return [_transposed(h.T.tocsr(), body) for body, h in self._columns.items()]
 
 
 @dataclass(frozen=True)
@@ -106,7 +121,7 @@ class System:
     # --- the contact problem --------------------------------------------------------------------------------------
 
     def detect(self) -> Linearisation:
-        """Constraints about the present state; the Delassus operator is kept while they stay what they were. Collective."""
+        """Constraints about the present state; W is kept while they stay what they were. Collective."""
         with self.clock("detect"):
             found = [pair.detect() for pair in self.pairs]
             if self._linearisation is not None and all(f is None for f in found):
@@ -160,9 +175,7 @@ class System:
     def problem(self, lin: Linearisation) -> ContactProblem:
         """The contact problem of linearisation `lin` about the present (free) state. Collective."""
         q = self._gaps(lin)[lin.rows]
-        primal = None
-        if lin.rows.size:
-            primal = Primal([b.A for b in lin.W.H], list(lin.W.H.values()))
+        primal = BodyMatrices(lin.W.H) if lin.W.H else None
         if lin.G is None:
             return ContactProblem(lin.W, q, primal=primal)
         r = np.concatenate([self.comm.allreduce(b.modes.T @ b.load) for b in self.bodies if b.modes.shape[1]])
@@ -204,3 +217,14 @@ def _columns_where(H: sp.csr_array, keep: NDArray[np.bool_]) -> sp.csr_array:
     result = H @ sp.diags_array(keep.astype(float), format="csr")
     result.eliminate_zeros()
     return result.tocsr()
+
+
+def _transposed(Ht: sp.csr_array, body: Body) -> Any:
+    """The PETSc matrix whose transpose has this rank's rows Ht (owned, c)."""
+    Ht.sort_indices()
+    csr = Ht.indptr.astype(PETSc.IntType), Ht.indices.astype(PETSc.IntType), Ht.data
+    sizes = ((body.space.owned, body.space.size), (PETSc.DECIDE, Ht.shape[1]))
+    rows = PETSc.Mat().createAIJ(sizes, csr=csr, comm=body.space.comm)
+    H = rows.transpose(PETSc.Mat())
+    rows.destroy()
+    return H

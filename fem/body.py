@@ -50,7 +50,7 @@ class Support:
 
 @dataclass(frozen=True)
 class Load:
-    """A force per volume (`body`), a traction (`traction`), a pressure (`pressure`, along −n) or a force on points (`force`).
+    """A force per volume (`body`), a `traction`, a `pressure` (along −n) or a `force` on each point.
 
     `value` is a number for a pressure and one number per component otherwise, or a function (x, t) of them;
     a `body` load has no tag.
@@ -140,11 +140,13 @@ class Body:
         A body that moves across its own plane (string, membrane) touches with its cells, under the tag ``surface``.
         """
         if tag == SURFACE and self.frame.shape[1] > self.space.dim:
-            return self.space.piece.cells
+            cells: Ints = self.space.piece.cells
+            return cells
         if tag not in self.space.piece.facets:
             known = ", ".join(sorted(self.space.piece.facets)) or "none"
             raise ValueError(f"body {self.name!r}: its mesh has no tag {tag!r} (it has: {known})")
-        return self.space.piece.facets[tag]
+        facets: Ints = self.space.piece.facets[tag]
+        return facets
 
     # --- supports and loads ---------------------------------------------------------------------------------------
 
@@ -187,7 +189,10 @@ class Body:
                 np.add.at(f, dofs.ravel(), values.ravel())
                 continue
             if load.kind == "body":
-                nodes, mapped = piece.cells, map_cells(piece.points, piece.cells, max(degree, 4), self.model.axisymmetric)
+                nodes, mapped = (
+                    piece.cells,
+                    map_cells(piece.points, piece.cells, max(degree, 4), self.model.axisymmetric),
+                )
                 values = _evaluate(load.value, mapped.points.reshape(-1, space.dim), t, c)
             else:
                 nodes = self.facets(load.tag or "")
@@ -245,7 +250,7 @@ class Body:
         return held
 
     def imbalance(self, contact: Floats) -> float:
-        """‖f_int − f_ext − Hᵀλ‖ over the free unknowns / (‖f_int‖ + ‖f_ext‖ + ‖Hᵀλ‖), for contact forces Hᵀλ. Collective."""
+        """‖f_int − f_ext − Hᵀλ‖ of free unknowns / (‖f_int‖ + ‖f_ext‖ + ‖Hᵀλ‖), for contact forces Hᵀλ. Collective."""
         inner = self.internal_forces()
         rest = np.where(self.fixed, 0.0, inner - self.load - contact)
         return self._ratio(rest, inner, self.load, contact)
@@ -332,7 +337,9 @@ class Body:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self.close()
 
 
@@ -351,4 +358,3 @@ def _evaluate(value: Any, points: Floats, t: float, width: int) -> Floats:
     if result.ndim == 1 and len(result) == len(points) and width == 1:
         result = result[:, None]
     return np.broadcast_to(result, (len(points), width))
-

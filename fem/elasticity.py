@@ -77,7 +77,7 @@ class Elasticity:
             yield part, mapped, divergence
 
     def stiffness(self, points: Floats, cells: Ints) -> Floats:
-        """Element matrices ∫ Λ div u div v + 2G ε(u):ε(v) dx, (m, n, n), or those of the mixed form, displacements first."""
+        """Element matrices ∫ Λ div u div v + 2G ε(u):ε(v) dx, (m, n, n); of the mixed form, displacements first."""
         m, k = cells.shape
         dim = points.shape[1]
         nu, n = k * dim, k * dim + (dim + 1 if self.mixed else 0)

@@ -16,6 +16,7 @@ from meshes.simplices import EDGES
 
 Floats = NDArray[np.float64]
 
+
 def order_of(dim: int, nodes: int) -> int:
     """The order of a simplex from its number of nodes."""
     return 1 if nodes == dim + 1 else 2
@@ -62,7 +63,9 @@ def quadrature(dim: int, degree: int) -> tuple[Floats, Floats]:
     if dim == 2 and degree == 2:
         return _orbits(2, [(1 / 6, 1 / 6)])
     if dim == 2 and degree in (3, 4):
-        return _orbits(2, [(0.445948490915964886, 0.111690794839005733), (0.0915762135097707435, 0.0549758718276609338)])
+        return _orbits(
+            2, [(0.445948490915964886, 0.111690794839005733), (0.0915762135097707435, 0.0549758718276609338)]
+        )
     if dim == 3 and degree == 2:
         return _orbits(3, [((5 - 5**0.5) / 20, 1 / 24)])
     if dim == 3 and degree in (3, 4, 5):

@@ -17,7 +17,8 @@ Ints = NDArray[np.int64]
 def rigid_modes(space: Space, axisymmetric: bool) -> Floats:
     """The motions without strain at the owned unknowns, (owned, m): translations, then rotations about the centroid.
 
-    A body with one displacement component (bar, string, membrane) has its translation only, an axisymmetric one that along z.
+    A body with one displacement component (bar, string, membrane) has its translation only, an axisymmetric one that
+    along z.
     """
     c, piece = space.components, space.piece
     x = piece.points[: piece.owned]
@@ -46,7 +47,8 @@ def floating_modes(comm: Any, R: Floats, fixed: NDArray[np.bool_]) -> Floats:
     held = comm.allreduce(R[fixed].T @ R[fixed])
     # Both are small; a mode is held if it moves the supports by more than round-off of its own size.
     values, vectors = sl.eigh(held, gram)
-    return R @ vectors[:, values < 1e-12 * max(values.max(initial=0.0), 1 / len(gram) * 1e-3)]
+    modes: Floats = R @ vectors[:, values < 1e-12 * max(values.max(initial=0.0), 1 / len(gram) * 1e-3)]
+    return modes
 
 
 def pin(comm: Any, modes: Floats) -> Ints:

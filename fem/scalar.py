@@ -27,10 +27,13 @@ class Laplacian:
     def stiffness(self, points: Floats, cells: Ints) -> Floats:
         """∫ c ∇N_a·∇N_b dx, (m, k, k)."""
         mapped = map_cells(points, cells, 2 if cells.shape[1] > points.shape[1] + 1 else 1)
-        return self.coefficient * np.einsum("mq,mqai,mqbi->mab", mapped.weights, mapped.gradients, mapped.gradients, optimize=True)
+        g = mapped.gradients
+        K: Floats = self.coefficient * np.einsum("mq,mqai,mqbi->mab", mapped.weights, g, g, optimize=True)
+        return K
 
     def forces(self, points: Floats, cells: Ints, u: Floats) -> Floats:
         """∫ c ∇u·∇N_a dx, (m, k)."""
         mapped = map_cells(points, cells, 2 if cells.shape[1] > points.shape[1] + 1 else 1)
         flux = self.coefficient * np.einsum("mqai,ma->mqi", mapped.gradients, u)
-        return np.einsum("mq,mqai,mqi->ma", mapped.weights, mapped.gradients, flux, optimize=True)
+        f: Floats = np.einsum("mq,mqai,mqi->ma", mapped.weights, mapped.gradients, flux, optimize=True)
+        return f

@@ -57,7 +57,9 @@ class Space:
         self.node_dofs = node_dof
         self.local_dofs = np.append((node_dof[:, None] + np.arange(c)).ravel(), pressure_dof[vertices])
         self.displacements = slice(0, c * nodes)
-        self.cell_dofs = (c * piece.cells[:, :, None] + np.arange(c)).reshape(len(piece.cells), c * piece.cells.shape[1])
+        self.cell_dofs = (c * piece.cells[:, :, None] + np.arange(c)).reshape(
+            len(piece.cells), c * piece.cells.shape[1]
+        )
         if mixed:
             position = np.zeros(nodes, dtype=np.int64)
             position[vertices] = c * nodes + np.arange(len(vertices))
@@ -84,7 +86,11 @@ class Space:
             rows, cols, values = _sum_blocks(K, cells, c)
         else:
             n = self.cell_dofs.shape[1]
-            rows, cols, values = np.repeat(self.cell_dofs, n, axis=1).ravel(), np.tile(self.cell_dofs, n).ravel(), K.ravel()
+            rows, cols, values = (
+                np.repeat(self.cell_dofs, n, axis=1).ravel(),
+                np.tile(self.cell_dofs, n).ravel(),
+                K.ravel(),
+            )
         A = PETSc.Mat().create(self.comm)
         A.setSizes(((self.owned, self.size), (self.owned, self.size)))
         if self.size == c * self.piece.total:
@@ -136,7 +142,7 @@ class _Scatter:
 
 
 def _sum_blocks(K: Floats, nodes: Ints, c: int) -> tuple[Ints, Ints, Floats]:
-    """Sum element matrices over equal pairs of nodes, so that PETSc sorts each entry of the matrix once, not once a cell."""
+    """Sum element matrices over equal pairs of nodes, so that PETSc sorts each entry once, not once a cell."""
     m, k = nodes.shape
     count = int(nodes.max(initial=-1)) + 1
     pairs = (nodes[:, :, None] * count + nodes[:, None, :]).ravel()

@@ -48,9 +48,7 @@ class OrderedFile:
         It has no chunk cache: rows are written without the rest of their chunk. Nodes of its indices (2 to 4 KiB) lie
         within a page, because a kill can cut a write where a page ends.
         """
-        return h5py.File(
-            self, "w", libver="earliest", rdcc_nbytes=0, alignment_threshold=2048, alignment_interval=4096
-        )
+        return h5py.File(self, "w", libver="earliest", rdcc_nbytes=0, alignment_threshold=2048, alignment_interval=4096)
 
     def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
         """Move to `offset` from the beginning or (`whence` ``SEEK_END``) from the end of the file."""

@@ -19,7 +19,7 @@ from contact.record.layout import EMPTY_STEP, GRID, LINKS, Array, Grid, StepData
 from contact.record.reader import RecordReader
 from contact.record.storage import OrderedFile
 
-CHUNK_BYTES = 65536
+CHUNK_BYTES = 16384
 CHUNK_ROWS = 256
 
 

@@ -61,8 +61,7 @@ def _method(name: str) -> Method:
 
 
 METHODS: dict[str, Method] = {
-    name: _method(name)
-    for name in ("status", "gauss-seidel", "lemke", "kkt", "vi-rsls", "vi-ssls", "tao", "vi-primal")
+    name: _method(name) for name in ("status", "gauss-seidel", "lemke", "kkt", "vi-rsls", "vi-ssls", "tao", "vi-primal")
 }
 
 

@@ -13,7 +13,10 @@ from contact.solvers.columns import dense
 from contact.solvers.problem import ContactNotConvergedError, ContactProblem, Floats, Solution
 from fem import petsc  # noqa: F401  arranges the order in which MPI and PETSc are imported
 
-from petsc4py import PETSc  # isort: skip
+from petsc4py import PETSc as _PETSc  # isort: skip
+
+# petsc4py's stubs refuse much of what petsc4py accepts
+PETSc: Any = _PETSc
 
 # Added to the Jacobian's unit diagonal, not to the equations: a factor for rows that depend on one another.
 SHIFT = 1e-12
@@ -63,14 +66,22 @@ class Dual:
 
 @contextmanager
 def dual(problem: ContactProblem, start: Floats | None) -> Iterator[Dual]:
-    """The dual problem for the length of a `with`; an error of PETSc becomes ContactNotConvergedError."""
+    """The dual problem for the length of a `with`, under `failures`."""
     scaled = Dual(problem, start)
     try:
-        yield scaled
-    except PETSc.Error as error:
-        raise ContactNotConvergedError(f"PETSc error {error.ierr}", 0, np.inf) from error
+        with failures():
+            yield scaled
     finally:
         scaled.destroy()
+
+
+@contextmanager
+def failures() -> Iterator[None]:
+    """PETSc's errors (a zero pivot, a solver set to fail loudly) as ContactNotConvergedError."""
+    try:
+        yield
+    except PETSc.Error as error:
+        raise ContactNotConvergedError(f"PETSc error {error.ierr}", 0, np.inf) from error
 
 
 @contextmanager

@@ -7,8 +7,8 @@ from scipy.linalg import cho_solve
 from scipy.optimize import nnls
 
 from contact.solvers import status
-from contact.solvers.certificate import length, scaled
-from contact.solvers.columns import FormedColumns, extend
+from contact.solvers.certificate import length
+from contact.solvers.columns import TINY, FormedColumns, extend
 from contact.solvers.problem import (
     SOLVED,
     ContactNotConvergedError,
@@ -85,7 +85,7 @@ class Modes:
         norms = np.linalg.norm(G, axis=0)
         self.scale = np.where(norms > 0, norms, 1.0)
         U, S, Vt = np.linalg.svd(G / self.scale, full_matrices=False)
-        seen = S > 1e-12 * S.max(initial=0.0)
+        seen = S / S.max(initial=TINY) > 1e-12
         self.Q, self.S, self.Vt = U[:, seen], S[seen], Vt[seen]
         self.size = len(self.S)
         scaled_load = r / self.scale
@@ -104,6 +104,10 @@ class Modes:
     def amplitudes(self, beta: Floats) -> Floats:
         """α from β."""
         return np.asarray(self.Vt.T @ (beta / self.S) / self.scale)
+
+    def coordinates(self, alpha: Floats) -> Floats:
+        """β from α."""
+        return np.asarray(self.S * (self.Vt @ (self.scale * alpha)))
 
 
 class _Augmented:

@@ -50,8 +50,7 @@ class DenseDelassus:
         return self.W[rows].T
 
 
-@dataclass(frozen=True)
-class Primal:
+class Primal(Protocol):
     """The finite-element side of a contact problem: one block per deformable body.
 
     A[b] is the iteration matrix (n_b, n_b) and H[b] the rows of H on that body (c, n_b), both PETSc matrices,
@@ -86,8 +85,9 @@ class ContactProblem:
 class Solution:
     """What a method found.
 
-    `lam` (c) [N], `alpha` (m) amplitudes of the rigid modes, `gap` = W λ + G α + δ_f (c) [m] where the method formed it;
-    `iterations` as the method counts them, `details` its further counts (factorisations, columns, changes of status …).
+    `lam` (c) [N], `alpha` (m) amplitudes of the rigid modes, `gap` = W λ + G α + δ_f (c) [m] as the method
+    formed it; `iterations` as the method counts them, `details` its further counts (factorisations, columns, changes of
+    status …).
     """
 
     lam: Floats

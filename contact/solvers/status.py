@@ -48,8 +48,9 @@ def solve(problem: ContactProblem, start: Floats | None = None, tolerance: float
 
     Returns
     -------
-    Solution, `iterations` counting the linear solves; `details`: `columns` formed, `factorisations` (the Cholesky work
-    in units of one factorisation of the final set), `blocks` (steps of phase 1), `departures`.
+    Solution, `iterations` counting the linear solves; `details`: `columns` formed (all of a DenseDelassus),
+    `factorisations` (the Cholesky work in units of one factorisation of the final set), `blocks` (steps of phase 1),
+    `departures`.
 
     Raises
     ------
@@ -72,18 +73,13 @@ def solve(problem: ContactProblem, start: Floats | None = None, tolerance: float
     residual = scaled(pull, delta, length(q, delta - q))
     if not residual <= SOLVED:
         raise ContactNotConvergedError("violated contacts depend on the active ones", blocks.iterations, residual, lam)
-    return Solution(
-        lam,
-        np.empty(0),
-        delta,
-        blocks.iterations,
-        {
-            "columns": len(rows),
-            "factorisations": blocks.work / max(np.count_nonzero(lam), 1) ** 3,
-            "blocks": blocks.steps,
-            "departures": blocks.departures,
-        },
-    )
+    details = {
+        "columns": float(len(rows)),
+        "factorisations": float(blocks.work / max(int(np.count_nonzero(lam)), 1) ** 3),
+        "blocks": float(blocks.steps),
+        "departures": float(blocks.departures),
+    }
+    return Solution(lam, np.empty(0), delta, blocks.iterations, details)
 
 
 class _BlockSteps:
@@ -200,4 +196,6 @@ def _ratio_tested(blocks: _BlockSteps) -> None:
     blocks.iterations += state[2]
     blocks.departures += state[3]
     if verdict == kernels.INFEASIBLE:
-        raise InfeasibleError(f"contact {state[1]} cannot be satisfied together with the active ones: the walls overlap")
+        raise InfeasibleError(
+            f"contact {state[1]} cannot be satisfied together with the active ones: the walls overlap"
+        )

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from contact.solvers.dual import dual
+from contact.solvers.dual import PETSc, dual
 from contact.solvers.problem import ContactProblem, Floats, Solution
-
-from petsc4py import PETSc  # isort: skip
 
 
 def solve(problem: ContactProblem, start: Floats | None = None, tolerance: float = 1e-12) -> Solution:

@@ -1,7 +1,7 @@
-"""A record's example: one cell of every type, steps that are functions of their number, and a program that writes them.
+"""A record as example: cells of every type, steps that are functions of their number, a program that writes them.
 
-``python record_example.py PATH COUNT`` continues PATH, or begins it, up to COUNT steps and prints each step's number once
-it is recorded.
+``python record_example.py PATH COUNT`` continues PATH, or begins it, up to COUNT steps and prints the number of each
+step once it is recorded.
 """
 
 from __future__ import annotations

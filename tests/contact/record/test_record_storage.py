@@ -1,4 +1,4 @@
-"""Whatever the moment of a kill, it falls between two system calls or cuts a write at a page: all these moments are tried."""
+"""A kill falls between two system calls or cuts a write where a page ends: all these moments are tried."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ import h5py
 import numpy as np
 import pytest
 from h5py import h5d, h5s
+from record_example import RUN, SCENE, grid, step
 
 from contact.record import Record, RecordReader, storage, writer
 from contact.record.storage import OrderedFile
-from record_example import RUN, SCENE, grid, step
 
 PAGE = 4096
 
@@ -54,7 +54,7 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> Calls:
 
 
 def test_an_index_that_grows_to_three_levels_is_readable_at_every_moment(tmp_path: Path, calls: Calls) -> None:
-    """A B-tree of HDF5's default format splits a node of more than 64 chunks; with one row per chunk that comes often."""
+    """A B-tree of HDF5's default format splits a node of more than 64 chunks: often, with one row per chunk."""
     path, copy = tmp_path / "file.h5", tmp_path / "copy.h5"
     nodes: dict[int, int] = {}
     moments = 0

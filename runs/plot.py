@@ -1,0 +1,405 @@
+"""Pictures of a record's step and of a study of error against run time; matplotlib is loaded only here, on demand."""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pydantic import TypeAdapter
+
+from contact.build import surface
+from contact.expression import Expression
+from contact.record import CERTIFICATE, RecordReader
+from contact.scene import SurfaceTable
+from contact.surfaces import Surface
+from runs.pictures import (
+    ARROW, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, Bodies, Floats, draw_forces, draw_obstacle, draw_plane,
+    draw_space,
+)  # fmt: skip
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MARKERS = "osD^v<>P"
+COLOURS = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, "black", "0.5")
+
+
+@dataclass(frozen=True, eq=False)
+class Profile:
+    """Contact pressure or force along the contact.
+
+    Attributes
+    ----------
+    place, value : (c,)
+        Coordinate [m] and pressure or force of each constraint, sorted by place.
+    active : (c,) bool
+    exact : (2, s) or None
+        Places and values of the exact curve.
+    place_label, value_label : str
+    """
+
+    place: Floats
+    value: Floats
+    active: np.ndarray[Any, np.dtype[np.bool_]]
+    exact: Floats | None
+    place_label: str
+    value_label: str
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """A step of a record, read."""
+
+    title: str
+    scene: Mapping[str, Any]
+    run: Mapping[str, Any]
+    row: Mapping[str, Any]
+    bodies: Bodies
+    point_data: Mapping[str, Floats]
+    contact: Mapping[str, Floats]
+
+    @classmethod
+    def read(cls, path: str | os.PathLike[str], step: int) -> Frame:
+        """Step number `step`, negative from the end.
+
+        Raises
+        ------
+        ValueError
+            where `path` is no record, or has no such step or no displacement, or its scene is no TOML.
+        """
+        with RecordReader(path) as record:
+            index = step + record.count if step < 0 else step
+            point_data, cell_data = record.fields(index)
+            if "displacement" not in point_data:
+                raise ValueError(f"{path}: has the point arrays {', '.join(point_data) or 'none'}, needs displacement")
+            try:
+                scene = tomllib.loads(record.scene)
+            except tomllib.TOMLDecodeError as error:
+                raise ValueError(f"{path}: the scene that it keeps is no TOML: {error}") from None
+            u = point_data["displacement"]
+            return cls(
+                title=scene.get("title") or record.path.stem,
+                scene=scene,
+                run=record.run,
+                row={name: values[index] for name, values in record.steps().items()},
+                bodies=Bodies(record.grid(), u, *_coloured(u, point_data, cell_data)),
+                point_data=point_data,
+                contact=record.contact(index),
+            )
+
+    @property
+    def axisymmetric(self) -> bool:
+        """Whether x is a radius."""
+        tables = self.scene.get("body", [])
+        return any(body.get("material", {}).get("state") == "axisymmetric" for body in tables)
+
+    def obstacles(self) -> list[tuple[Surface, int]]:
+        """The rigid surfaces of the scene's contacts, and their numbers of coordinates."""
+        tables = [table["surface"] for table in self.scene.get("contact", []) if table["surface"]["kind"] != "point"]
+        read = TypeAdapter(SurfaceTable).validate_python
+        return [(surface(read(table)), len(_anchor(table))) for table in tables]
+
+    def profile(self) -> Profile:
+        """Pressure, or λ where the record has no pressure, over the undeformed place of the contact points."""
+        x, nodes = self._contact_nodes()
+        value, label = self.contact["lambda"], "contact force λ [N]"
+        pressure = self.point_data.get("contact_pressure", np.zeros(len(self.bodies.grid.points)))[nodes]
+        if pressure.any():
+            unit = "Pa" if self.bodies.faces else "N/m"
+            value, label = pressure, f"contact pressure p [{unit}]"
+        place, place_label, path = self._along(x)
+        order = np.argsort(place, kind="stable")
+        exact = None
+        text = self.scene.get("exact", {}).get("pressure")
+        if text is not None and len(place):
+            s = np.linspace(place.min(), place.max(), 801)
+            exact = np.stack([s, Expression(text)(path(s), float(self.row["time"]))])
+        active = np.asarray(self.contact["status"] > 0)
+        return Profile(place[order], value[order], active[order], exact, place_label, label)
+
+    def _contact_nodes(self) -> tuple[Floats, Any]:
+        """Undeformed positions of the contact points, and their nodes: those that are nearest after deformation."""
+        from scipy.spatial import cKDTree
+
+        nodes = cKDTree(self.bodies.positions).query(self.contact["point"])[1]
+        return self.bodies.grid.points[nodes], nodes
+
+    def _along(self, x: Floats) -> tuple[Floats, str, Any]:
+        """Coordinate of the contact points x (c, 3) along the contact, its name, and positions as a function of it."""
+        normals = self.contact["normal"]
+        if self.bodies.in_space:
+            pole = self._pole()
+            axis = int(np.argmax(np.abs(normals).sum(axis=0)))
+            offset = np.delete(x - pole, axis, axis=1)
+            place = np.linalg.norm(offset, axis=1)
+            outermost = x[np.argmax(place)] - pole if len(x) else np.zeros(3)
+            outermost[axis] = 0.0
+            ray = outermost / (np.linalg.norm(outermost) or 1.0)
+            return place, "distance from the pole of contact r [m]", lambda s: pole + s[:, None] * ray
+        if not self.bodies.faces or (np.abs(normals[:, 1]) > 0.5).all():
+            place, label = x[:, 0], "r [m]" if self.axisymmetric else "x [m]"
+        elif (np.abs(normals[:, 0]) > 0.5).all() and np.ptp(x[:, 0]) < np.ptp(x[:, 1]):
+            place, label = x[:, 1], "z [m]" if self.axisymmetric else "y [m]"
+        else:
+            place, label = arc_length(x), "arc length along the contact s [m]"
+        order = np.argsort(place, kind="stable")
+        return place, label, lambda s: np.stack([np.interp(s, place[order], c[order]) for c in x.T], axis=1)
+
+    def _pole(self) -> Floats:
+        """The point from which radii are measured: where the first obstacle is anchored."""
+        given = next((_anchor(table["surface"]) for table in self.scene.get("contact", [])), [])
+        return np.append(np.asarray(given, dtype=float), np.zeros(3 - len(given)))
+
+
+def _anchor(table: Mapping[str, Any]) -> list[float]:
+    """The point that a surface's table names, without coordinates where there is none."""
+    return next((table[key] for key in ("origin", "centre", "point") if key in table), [])
+
+
+def arc_length(x: Floats) -> Floats:
+    """Length along the curve through points (c, 3) that is star-shaped about their centroid, from its widest gap on."""
+    angle = np.arctan2(*(x - x.mean(axis=0))[:, 1::-1].T)
+    order = np.argsort(angle, kind="stable")
+    gaps = np.linalg.norm(x[order] - x[np.roll(order, 1)], axis=1)
+    order = np.roll(order, -int(np.argmax(gaps)))
+    steps = np.linalg.norm(np.diff(x[order], axis=0), axis=1)
+    length = np.empty(len(x))
+    length[order] = np.append(0.0, np.cumsum(steps))
+    return length
+
+
+def von_mises(stress: Floats) -> Floats:
+    """√(½[(σ_xx−σ_yy)² + (σ_yy−σ_zz)² + (σ_zz−σ_xx)²] + 3(σ_xy² + σ_yz² + σ_xz²)) from (n, 6) in VTK's order [Pa]."""
+    normal, shear = stress[:, :3], stress[:, 3:]
+    return np.asarray(np.sqrt(0.5 * ((normal - np.roll(normal, 1, axis=1)) ** 2).sum(1) + 3 * (shear**2).sum(1)))
+
+
+def _coloured(u: Floats, point_data: Mapping[str, Floats], cell_data: Mapping[str, Floats]) -> tuple[Floats, bool, str]:
+    """What colours show: values, whether they belong to cells, their label."""
+    for in_cells, data in ((False, point_data), (True, cell_data)):
+        if "stress" in data and data["stress"].any():
+            return von_mises(data["stress"]), in_cells, "von Mises stress [Pa]"
+    return np.linalg.norm(u, axis=1), False, "displacement |u| [m]"
+
+
+def plot_record(path_record: str | os.PathLike[str], path_png: str | os.PathLike[str], step: int = -1) -> None:
+    """Draw a step of a record: the deformed bodies, and the contact pressure beside the exact one where it is known.
+
+    Parameters
+    ----------
+    path_record : path-like
+    path_png : path-like
+        Any format that matplotlib writes, by its ending.
+    step : int
+        Counted from 0, or from the end if negative.
+
+    Raises
+    ------
+    ImportError
+        where matplotlib is missing.
+    ValueError
+        where the record or the step is not there.
+    """
+    _save(record_figure(path_record, step), path_png)
+
+
+def record_figure(path_record: str | os.PathLike[str], step: int = -1) -> Figure:
+    """The figure that `plot_record` saves; its parameters and errors."""
+    figure = _figure((12.0, 5.6))
+    frame = Frame.read(path_record, step)
+    left, right = figure.add_gridspec(1, 2, width_ratios=(1.25, 1))
+    _draw_bodies(figure, left, frame)
+    _draw_profile(figure.add_subplot(right), frame)
+    state = "" if frame.row["converged"] else "   NOT CONVERGED"
+    figure.suptitle(f"{frame.title},  t = {frame.row['time']:g} s{state}", color="black" if not state else VERMILLION)
+    figure.supxlabel(_footer(frame), fontsize=8, color="0.3")
+    return figure
+
+
+def _draw_bodies(figure: Figure, place: Any, frame: Frame) -> None:
+    from matplotlib.colors import Normalize
+
+    bodies, contact = frame.bodies, frame.contact
+    # Stress is singular at corners and edges of contact: the last half percent must not take all the colours.
+    top = float(np.quantile(bodies.values, 0.995)) or 1.0
+    style = {"cmap": "viridis", "norm": Normalize(0.0, top)}
+    active = contact["status"] > 0
+    points, forces = contact["point"][active], (contact["lambda"][:, None] * contact["normal"])[active]
+    extent = np.ptp(bodies.positions, axis=0)
+    if bodies.in_space:
+        axes: Any = figure.add_subplot(place, projection="3d")
+        colours = draw_space(axes, bodies, style, _viewpoint(frame))
+        axes.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
+        axes.set_box_aspect(None, zoom=0.95)
+    else:
+        axes = figure.add_subplot(place)
+        colours = draw_plane(axes, bodies, style)
+        axes.set(xlabel="r [m]" if frame.axisymmetric else "x [m]", ylabel="z [m]" if frame.axisymmetric else "y [m]")
+        points, forces = points[:, :2], forces[:, :2]
+    if forces.any():
+        largest = contact["lambda"][active].max()
+        draw_forces(axes, points, forces, ARROW * float(np.linalg.norm(extent)), f"contact force λ, at most {largest:.4g} N")
+    if bodies.faces:
+        axes.set_aspect("equal")
+    elif not extent[1]:
+        axes.set(ylim=(-1, 1), yticks=[], ylabel="")
+    if not bodies.in_space:
+        axes.margins(0.05)
+        for obstacle, dim in frame.obstacles():
+            draw_obstacle(axes, obstacle, dim)
+    axes.plot([], [], color=GREY, label="undeformed")
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=2, fontsize=8, frameon=False)
+    moved = float(np.linalg.norm(bodies.displacement, axis=1).max(initial=0.0))
+    # Seen from below, 3D axes have their labels at the top.
+    pad = 22 if bodies.in_space else None
+    axes.set_title(f"deformed at true scale (×1), largest displacement {moved:.3g} m", fontsize=10, pad=pad)
+    figure.colorbar(
+        colours, ax=axes, label=bodies.label, shrink=0.8, pad=0.1 if bodies.in_space else 0.02,
+        extend="max" if bodies.values.max() > top else "neither",
+    )  # fmt: skip
+
+
+def _viewpoint(frame: Frame) -> Floats:
+    """From where the contact is seen: the side of the bodies on which it lies, and its obstacle."""
+    x, contact, lam = frame.bodies.positions, frame.contact, frame.contact["lambda"]
+    if not lam.any():
+        return np.array([0.6, -1.0, 0.6])
+    side = np.average(contact["point"], axis=0, weights=lam) - (x.min(axis=0) + x.max(axis=0)) / 2
+    side[2] = 0.0
+    if np.linalg.norm(side) < 0.1 * float(np.ptp(x, axis=0).max()):
+        side = np.array([0.5, -1.0, 0.0])
+    side = side / np.linalg.norm(side)
+    # Not along a diagonal: the two faces of a quarter model would look alike.
+    side = side + 0.3 * np.array([-side[1], side[0], 0.0])
+    below = lam @ contact["normal"][:, 2] > 0
+    return np.asarray(side - [0.0, 0.0, 0.45 if below else -0.45])
+
+
+def _draw_profile(axes: Any, frame: Frame) -> None:
+    if not len(frame.contact["lambda"]):
+        axes.set_axis_off()
+        axes.text(0.5, 0.5, "no contact in this step", ha="center", va="center", transform=axes.transAxes)
+        return
+    profile = frame.profile()
+    axes.axhline(0, color="0.8", linewidth=0.8, zorder=0)
+    if profile.exact is not None:
+        axes.plot(*profile.exact, color="black", linewidth=1.2, label="exact", zorder=2)
+    for active, face, label in ((True, BLUE, "active"), (False, "white", "not active")):
+        chosen = profile.active == active
+        axes.plot(
+            profile.place[chosen], profile.value[chosen], "o", color=BLUE, markerfacecolor=face, markersize=4,
+            markeredgewidth=0.8, label=f"computed, {label} ({chosen.sum()})", zorder=3,
+        )  # fmt: skip
+    axes.set(xlabel=profile.place_label, ylabel=profile.value_label)
+    axes.set_title("along the contact", fontsize=10)
+    axes.grid(alpha=0.3)
+    axes.legend(fontsize=8)
+
+
+def _footer(frame: Frame) -> str:
+    residuals = ",  ".join(f"{name.replace('_', ' ')} {frame.row[name]:.1e}" for name in CERTIFICATE)
+    size = f"{frame.run['unknowns']} unknowns" if "unknowns" in frame.run else f"{len(frame.bodies.grid.points)} nodes"
+    return f"{residuals}\n{size},  {frame.row['contacts']} contacts, {frame.row['active']} active"
+
+
+def plot_study(rows: Sequence[Mapping[str, Any]], path_png: str | os.PathLike[str], title: str) -> None:
+    """Draw error over seconds and over unknowns, logarithmically; one row of panels per case and quantity.
+
+    Parameters
+    ----------
+    rows : sequence of mappings
+        What ``validate --json`` prints, one per case, method, order and level.
+    path_png : path-like
+    title : str
+
+    Raises
+    ------
+    ImportError
+        where matplotlib is missing.
+    ValueError
+        where no quantity has an error that is neither 0 nor NaN.
+    """
+    _save(study_figure(rows, title), path_png)
+
+
+def study_figure(rows: Sequence[Mapping[str, Any]], title: str) -> Figure:
+    """The figure that `plot_study` saves; its parameters and errors."""
+    lines = study_lines(rows)
+    if not lines:
+        raise ValueError(f"{title}: no quantity has an error to draw, must be positive and finite")
+    panels = list(dict.fromkeys((case, quantity) for case, quantity, _, _ in lines))
+    methods = list(dict.fromkeys((method, order) for _, _, method, order in lines))
+    figure = _figure((11.0, 0.8 + 4.0 * len(panels)))
+    grid: Any = figure.subplots(len(panels), 2, sharey="row", squeeze=False)
+    for (over_seconds, over_unknowns), panel in zip(grid, panels, strict=True):
+        sloped: set[int] = set()
+        for key, (seconds, unknowns, error, h) in lines.items():
+            if key[:2] != panel:
+                continue
+            method, order = key[2:]
+            number = methods.index((method, order))
+            rate = f", $h^{{{slope(h, error):.2f}}}$" if len(set(h)) > 1 else ""
+            look = {
+                "color": COLOURS[number % len(COLOURS)], "marker": MARKERS[number % len(MARKERS)], "linewidth": 1.2,
+                "linestyle": ("-", "--", ":", "-.")[number % 4], "markersize": 7 - number % 3, "markerfacecolor": "none",
+                "label": f"{method}, P{order}{rate}",
+            }  # fmt: skip
+            over_seconds.loglog(seconds, error, **look)
+            over_unknowns.loglog(unknowns, error, **look)
+            if order not in sloped and len(set(unknowns)) > 1:
+                sloped.add(order)
+                _triangle(over_unknowns, unknowns, error)
+        over_seconds.set(xlabel="time [s]", ylabel=f"error of {panel[1].replace('_', ' ')}, {panel[0]}")
+        over_unknowns.set(xlabel="unknowns")
+        for axes in (over_seconds, over_unknowns):
+            axes.grid(which="both", alpha=0.2)
+        over_seconds.legend(fontsize=8, title="method, order, rate", title_fontsize=8)
+    figure.suptitle(title)
+    return figure
+
+
+def study_lines(rows: Sequence[Mapping[str, Any]]) -> dict[tuple[str, str, str, int], Floats]:
+    """Seconds, unknowns, error and h, (4, levels) from coarse to fine, by (case, quantity, method, order)."""
+    found: dict[tuple[str, str, str, int], list[tuple[float, ...]]] = {}
+    for row in rows:
+        for name, quantity in row["quantities"].items():
+            error = quantity["error"]
+            if np.isfinite(error) and error > 0:
+                key = (row["case"], name, row["method"], row["order"])
+                found.setdefault(key, []).append((row["time"]["total"], row["dofs"], error, row["h"]))
+    return {key: np.array(sorted(levels, key=lambda level: level[1])).T for key, levels in found.items()}
+
+
+def slope(x: Floats, error: Floats) -> float:
+    """Slope of log(error) over log(x) by least squares."""
+    return float(np.polyfit(np.log(x), np.log(error), 1)[0])
+
+
+def _triangle(axes: Any, x: Floats, error: Floats) -> None:
+    """The fitted slope as a triangle below the line, over the middle third of its decades."""
+    power = slope(x, error)
+    span = np.log(x[-1] / x[0])
+    ends = x[0] * np.exp(span * np.array([0.45, 0.75]))
+    level = np.exp(np.interp(np.log(ends[0]), np.log(x), np.log(error))) * 0.55
+    heights = level * (ends / ends[0]) ** power
+    axes.plot(ends[[0, 1, 0, 0]], heights[[0, 1, 1, 0]], color="0.4", linewidth=0.8)
+    axes.annotate(
+        f"{power:.2f}", (ends[0], np.sqrt(heights.prod())), xytext=(-3, 0), textcoords="offset points",
+        ha="right", va="center", fontsize=8, color="0.3",
+    )  # fmt: skip
+
+
+def _figure(size: tuple[float, float]) -> Figure:
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise ImportError("pictures need matplotlib: pip install 'signorini[plot]'") from None
+    return Figure(figsize=size, layout="constrained")
+
+
+def _save(figure: Figure, path: str | os.PathLike[str]) -> None:
+    figure.savefig(path, dpi=150)
