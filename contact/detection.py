@@ -54,16 +54,17 @@ def closest_points(surface: Surface, x: Floats, iterations: int = 100) -> Floats
     y = _onto(surface, x)
     t = _tangential(surface, x, y)
     length = np.ones(len(x))
+    rounding = 1e-15 * np.abs(x).max(axis=1, initial=0.0)
     moving = np.arange(len(x))
     for _ in range(iterations):
         step = length[moving] * np.linalg.norm(t[moving], axis=1)
-        moving = moving[step > 1e-15 * np.abs(x[moving]).max(axis=1, initial=0.0)]
+        moving = moving[step > rounding[moving]]
         if not moving.size:
             break
         at, old, pull = x[moving], y[moving], t[moving]
         new = _onto(surface, old + length[moving, None] * pull)
         left = _tangential(surface, at, new)
-        nearer = np.linalg.norm(at - new, axis=1) <= np.linalg.norm(at - old, axis=1) * (1 + 1e-15)
+        nearer = np.linalg.norm(at - new, axis=1) <= np.linalg.norm(at - old, axis=1) + rounding[moving]
         moved = new - old
         bent = _dot(moved, pull - left)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -97,14 +98,14 @@ def root_along(surface: Surface, x: Floats, direction: Floats, reach: float) -> 
 
 
 def _onto(surface: Surface, x: Floats) -> Floats:
-    """Newton steps along the gradient to g = 0."""
+    """Newton steps along the gradient to g = 0; what a step leaves is of the order of its square."""
     y = x.copy()
     moving = np.arange(len(x))
     for _ in range(50):
         gradient = surface.gradient(y[moving])
         step = (surface.potential(y[moving]) / _dot(gradient, gradient))[:, None] * gradient
         y[moving] -= step
-        moving = moving[np.abs(step).max(axis=1, initial=0.0) > 1e-16 * np.abs(y[moving]).max(axis=1, initial=0.0)]
+        moving = moving[np.abs(step).max(axis=1, initial=0.0) > 1e-12 * np.abs(y[moving]).max(axis=1, initial=0.0)]
         if not moving.size:
             break
     return y

@@ -22,7 +22,8 @@ class Expression:
     Raises
     ------
     ValueError
-        where the text is no expression, or names anything but its variables, ``pi`` and the functions of `FUNCTIONS`.
+        where the text is no expression that numexpr can evaluate, or names anything but its variables, ``pi`` and the
+        functions of `FUNCTIONS`.
     """
 
     def __init__(self, text: str) -> None:
@@ -38,6 +39,10 @@ class Expression:
                 + (f", not {', '.join(sorted(unknown))}" if unknown else "")
             )
         self.text = text
+        try:
+            self(np.ones((1, 3)), 1.0)
+        except Exception as error:  # numexpr raises whatever its parser came upon
+            raise ValueError(f"{text!r} cannot be evaluated: {error}") from None
 
     def __call__(self, points: Floats, t: float) -> Floats:
         """Values at points (n, d) and time t, (n)."""

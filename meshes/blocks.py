@@ -100,3 +100,28 @@ def _check_style(
         raise bad("n", n, "given with structured = true, otherwise h")
     if not structured and grading is not None:
         raise bad("grading", "…" if callable(grading) else grading, "given with structured = true, otherwise refine")
+
+
+def domed_block(
+    size: Sequence[float],
+    radius: float,
+    h: float | None = None,
+    n: PerAxis[int] | None = None,
+    order: int = 1,
+    refine: Refine | None = None,
+    structured: bool = False,
+    grading: PerAxis[Grading] | None = None,
+) -> Mesh:
+    """A rectangle or cuboid from the origin whose top is the paraboloid of radius `radius` [m] at its pole above the origin.
+
+    Its last coordinate is that of a box times 1 − r²/(2 radius·height), r from the axis. Tags and the other parameters are
+    those of `box`.
+    """
+    radius = positive("radius", radius)
+    flat = box(size, h, n, order, None, refine, structured, grading)
+    height = float(size[-1])
+    if sum(x**2 for x in size[:-1]) >= 2 * radius * height:
+        raise bad("radius", radius, "so large that the top stays above the base")
+    points = flat.points.copy()
+    points[:, -1] *= 1 - (points[:, :-1] ** 2).sum(axis=1) / (2 * radius * height)
+    return Mesh(points, flat.cells, flat.facets, flat.regions)

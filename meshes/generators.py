@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from meshes.blocks import box, layer
+from meshes.blocks import box, domed_block, layer
 from meshes.mesh import Mesh
 from meshes.planar import disc, half_disc, ring, shell_section, sphere_section
 from meshes.refine import Refine
@@ -18,6 +18,7 @@ __all__ = [
     "Refine",
     "box",
     "disc",
+    "domed_block",
     "generate",
     "half_disc",
     "hollow_cylinder",
@@ -35,6 +36,7 @@ GENERATORS: dict[str, Callable[..., Mesh]] = {
     for function in (
         interval,
         box,
+        domed_block,
         layer,
         half_disc,
         disc,

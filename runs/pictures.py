@@ -183,7 +183,9 @@ def draw_plane(axes: Any, bodies: Bodies, style: dict[str, Any]) -> ScalarMappab
             )
     for curves in bodies.curves:
         reference = subdivided(curves, bodies.grid.points[:, :2], 1)
-        axes.add_collection(LineCollection(list(reference), colors="0.8", linewidths=9, zorder=0.5))
+        # A bar that moves along itself covers its reference: that is drawn wider.
+        width = 1.0 if np.ptp(x[:, 1]) else 9.0
+        axes.add_collection(LineCollection(list(reference), colors=GREY, linewidths=width, zorder=0.7))
         lines = subdivided(curves, x, 8)
         pieces = np.stack([lines[:, :-1], lines[:, 1:]], axis=2).reshape(-1, 2, 2)
         value = bodies.shown(curves, 8)
@@ -226,7 +228,10 @@ def draw_space(axes: Any, bodies: Bodies, style: dict[str, Any], towards: Floats
             front = faces.nodes[np.unique(np.flatnonzero(seen) // parts**2)]
             lines = subdivided(edges(Patches(2, front, front[:, 0])), x, 4)
             axes.add_collection3d(Line3DCollection(list(lines), colors="black", linewidths=0.25, alpha=0.3, zorder=2))
-        for points, look in ((bodies.grid.points, {"color": GREY, "linewidth": 0.8}), (x, {"color": "black", "linewidth": 1})):
+        for points, look in (
+            (bodies.grid.points, {"color": GREY, "linewidth": 0.8}),
+            (x, {"color": "black", "linewidth": 1}),
+        ):
             front = faces.nodes[normals(points[faces.nodes[:, :3]]) @ eye > hidden]
             lines = subdivided(outline(points, Patches(2, front, front[:, 0])), points, 4)
             axes.add_collection3d(Line3DCollection(list(lines), zorder=3, **look))
@@ -249,18 +254,17 @@ def draw_obstacle(axes: Any, surface: Surface, dim: int) -> None:
         axes.contour(x, y, g, levels=[0.0], colors="0.3", linewidths=1.0, zorder=0.5)
 
 
-def draw_forces(axes: Any, points: Floats, forces: Floats, length: float, label: str) -> None:
+def draw_forces(axes: Any, points: Floats, forces: Floats, length: float, label: str, zorder: float) -> None:
     """Contact points (c, d) and their forces (c, d) as arrows that end at them, the largest `length` [m] long."""
     largest = np.linalg.norm(forces, axis=1).max()
     arrows = forces * (length / largest)
     tails = points - arrows
     size = 4 if len(points) < 40 else 2
-    axes.plot(*points.T, ".", color=VERMILLION, markersize=size, zorder=5, label=label)
+    axes.plot(*points.T, ".", color=VERMILLION, markersize=size, zorder=zorder, label=label)
     if points.shape[1] == 3:
-        axes.quiver(*tails.T, *arrows.T, color=VERMILLION, linewidth=0.6, arrow_length_ratio=0.12, zorder=5)
+        axes.quiver(*tails.T, *arrows.T, color=VERMILLION, linewidth=0.6, arrow_length_ratio=0.12, zorder=zorder)
         return
-    axes.quiver(
-        *tails.T, *arrows.T, color=VERMILLION, angles="xy", scale_units="xy", scale=1, width=0.004, zorder=4
-    )
+    look = {"color": VERMILLION, "angles": "xy", "scale_units": "xy", "scale": 1, "width": 0.004}
+    axes.quiver(*tails.T, *arrows.T, zorder=zorder, **look)
     axes.update_datalim(tails)
     axes.autoscale_view()

@@ -230,19 +230,26 @@ def _draw_bodies(figure: Figure, place: Any, frame: Frame) -> None:
     active = contact["status"] > 0
     points, forces = contact["point"][active], (contact["lambda"][:, None] * contact["normal"])[active]
     extent = np.ptp(bodies.positions, axis=0)
+    length, zorder = ARROW * float(np.linalg.norm(extent)), 5.0
     if bodies.in_space:
         axes: Any = figure.add_subplot(place, projection="3d")
-        colours = draw_space(axes, bodies, style, _viewpoint(frame))
+        eye = _viewpoint(frame)
+        colours = draw_space(axes, bodies, style, eye)
         axes.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
         axes.set_box_aspect(None, zoom=0.95)
+        # Forces that push towards the eye act on faces that it does not see.
+        zorder = 0.5 if forces.sum(axis=0) @ eye > 0 else 5.0
     else:
         axes = figure.add_subplot(place)
         colours = draw_plane(axes, bodies, style)
         axes.set(xlabel="r [m]" if frame.axisymmetric else "x [m]", ylabel="z [m]" if frame.axisymmetric else "y [m]")
         points, forces = points[:, :2], forces[:, :2]
+        if not bodies.faces:
+            # The axes of a string have different scales: arrows fit the one along which they point.
+            length = 2 * ARROW * float(extent[np.argmax(np.abs(forces).sum(axis=0))]) or length
     if forces.any():
-        largest = contact["lambda"][active].max()
-        draw_forces(axes, points, forces, ARROW * float(np.linalg.norm(extent)), f"contact force λ, at most {largest:.4g} N")
+        label = f"contact force λ, at most {contact['lambda'][active].max():.4g} N"
+        draw_forces(axes, points, forces, length, label, zorder)
     if bodies.faces:
         axes.set_aspect("equal")
     elif not extent[1]:
@@ -264,19 +271,18 @@ def _draw_bodies(figure: Figure, place: Any, frame: Frame) -> None:
 
 
 def _viewpoint(frame: Frame) -> Floats:
-    """From where the contact is seen: the side of the bodies on which it lies, and its obstacle."""
+    """From where the picture is seen: from above, on the side of the contact; from below where only that shows it."""
     x, contact, lam = frame.bodies.positions, frame.contact, frame.contact["lambda"]
-    if not lam.any():
-        return np.array([0.6, -1.0, 0.6])
-    side = np.average(contact["point"], axis=0, weights=lam) - (x.min(axis=0) + x.max(axis=0)) / 2
-    side[2] = 0.0
-    if np.linalg.norm(side) < 0.1 * float(np.ptp(x, axis=0).max()):
-        side = np.array([0.5, -1.0, 0.0])
-    side = side / np.linalg.norm(side)
-    # Not along a diagonal: the two faces of a quarter model would look alike.
-    side = side + 0.3 * np.array([-side[1], side[0], 0.0])
-    below = lam @ contact["normal"][:, 2] > 0
-    return np.asarray(side - [0.0, 0.0, 0.45 if below else -0.45])
+    side, height = np.array([0.6, -1.0, 0.0]), 0.4
+    if lam.any():
+        offset = np.average(contact["point"], axis=0, weights=lam) - (x.min(axis=0) + x.max(axis=0)) / 2
+        offset[2] = 0.0
+        if np.linalg.norm(offset) > 0.1 * float(np.ptp(x, axis=0).max()):
+            # Turned from the diagonal, along which the two cuts of a quarter model would look alike.
+            side = offset + 0.3 * np.array([-offset[1], offset[0], 0.0])
+        elif lam @ contact["normal"][:, 2] > 0:
+            height = -height
+    return np.asarray(side / np.linalg.norm(side) + [0.0, 0.0, height])
 
 
 def _draw_profile(axes: Any, frame: Frame) -> None:
@@ -290,20 +296,25 @@ def _draw_profile(axes: Any, frame: Frame) -> None:
         axes.plot(*profile.exact, color="black", linewidth=1.2, label="exact", zorder=2)
     for active, face, label in ((True, BLUE, "active"), (False, "white", "not active")):
         chosen = profile.active == active
+        if not chosen.any():
+            continue
         axes.plot(
             profile.place[chosen], profile.value[chosen], "o", color=BLUE, markerfacecolor=face, markersize=4,
             markeredgewidth=0.8, label=f"computed, {label} ({chosen.sum()})", zorder=3,
         )  # fmt: skip
     axes.set(xlabel=profile.place_label, ylabel=profile.value_label)
-    axes.set_title("along the contact", fontsize=10)
+    if not np.ptp(profile.place):
+        x = np.append(frame.bodies.grid.points[:, 0], profile.place)
+        axes.set_xlim(x.min(), x.max() + 0.1 * np.ptp(x))
+    axes.set_title("along the contact, at undeformed places", fontsize=10)
     axes.grid(alpha=0.3)
     axes.legend(fontsize=8)
 
 
 def _footer(frame: Frame) -> str:
     residuals = ",  ".join(f"{name.replace('_', ' ')} {frame.row[name]:.1e}" for name in CERTIFICATE)
-    size = f"{frame.run['unknowns']} unknowns" if "unknowns" in frame.run else f"{len(frame.bodies.grid.points)} nodes"
-    return f"{residuals}\n{size},  {frame.row['contacts']} contacts, {frame.row['active']} active"
+    size = f"unknowns {frame.run['unknowns']}" if "unknowns" in frame.run else f"nodes {len(frame.bodies.grid.points)}"
+    return f"{residuals}\n{size},  contacts {frame.row['contacts']},  active {frame.row['active']}"
 
 
 def plot_study(rows: Sequence[Mapping[str, Any]], path_png: str | os.PathLike[str], title: str) -> None:
@@ -353,7 +364,7 @@ def study_figure(rows: Sequence[Mapping[str, Any]], title: str) -> Figure:
             if order not in sloped and len(set(unknowns)) > 1:
                 sloped.add(order)
                 _triangle(over_unknowns, unknowns, error)
-        over_seconds.set(xlabel="time [s]", ylabel=f"error of {panel[1].replace('_', ' ')}, {panel[0]}")
+        over_seconds.set(xlabel="time [s]", ylabel=f"{panel[0]}: error of {panel[1].removesuffix('_error')}")
         over_unknowns.set(xlabel="unknowns")
         for axes in (over_seconds, over_unknowns):
             axes.grid(which="both", alpha=0.2)
@@ -380,11 +391,11 @@ def slope(x: Floats, error: Floats) -> float:
 
 
 def _triangle(axes: Any, x: Floats, error: Floats) -> None:
-    """The fitted slope as a triangle below the line, over the middle third of its decades."""
+    """The fitted slope as a triangle below the line, over a fifth of its decades."""
     power = slope(x, error)
     span = np.log(x[-1] / x[0])
-    ends = x[0] * np.exp(span * np.array([0.45, 0.75]))
-    level = np.exp(np.interp(np.log(ends[0]), np.log(x), np.log(error))) * 0.55
+    ends = x[0] * np.exp(span * np.array([0.5, 0.7]))
+    level = np.exp(np.interp(np.log(ends[0]), np.log(x), np.log(error))) * 0.8
     heights = level * (ends / ends[0]) ** power
     axes.plot(ends[[0, 1, 0, 0]], heights[[0, 1, 1, 0]], color="0.4", linewidth=0.8)
     axes.annotate(

@@ -20,8 +20,9 @@ from contact.solvers.problem import (
     Solution,
 )
 
-# The augmentation's stiffness over that of the elastic, or of the rigid, motion; outer iterations; relative balance.
-STIFFER, RIGID = 100.0, 1000.0
+# s over the elastic compliance, at most, and over what moves a rigid body far enough; its first part of that and growth.
+SOFTER, RIGID = 100.0, 1000.0
+FIRST, GROWTH = 2e-5, 4.0
 OUTER = 50
 BALANCED = 1e-10
 
@@ -32,7 +33,9 @@ def solve(method: Method, problem: ContactProblem, start: Floats | None, toleran
     Augmented Lagrangian on the modes in an orthonormal basis (`Modes`): each outer iteration solves with W + s QQᵀ and
     q + Qβ + s Qρ, then adds s (Qᵀλ + ρ) to β. As soon as λ has the right support, the saddle system [W Q; Qᵀ 0] on it
     gives λ and β exactly, and the iteration ends when that is verified. The bodies are first moved by `status` as if
-    they were rigid, until they touch: so s need only suit the elastic motion, which may be smaller by any factor.
+    they were rigid, until they touch: so s need only suit the elastic motion, which may be smaller by any factor. s, the
+    compliance of springs that hold the bodies where they are, begins small and grows, so that contact spreads from where
+    they touch.
 
     Besides the columns that `method` asks for, those of at most m rows that could carry the load are formed, for s.
 
@@ -57,14 +60,14 @@ def solve(method: Method, problem: ContactProblem, start: Floats | None, toleran
     beta = np.zeros(modes.size)
     if compliance and free and load:
         try:
-            _, beta, _ = run.solve(status.solve, None, rigid, beta, None)
+            _, beta, _ = run.solve(status.solve, None, (rigid, rigid), beta, None)
         except (InfeasibleError, ContactNotConvergedError):
             # what does not fit as a rigid body may fit as an elastic one
             beta = np.zeros(modes.size)
-    stiffness = STIFFER * compliance * columns.size or rigid
+    softness = SOFTER * compliance * columns.size or rigid
     # where all gaps are zero and nothing deforms there is no length but that of the augmentation
-    run.least = 0.0 if free or compliance else stiffness * load
-    lam, beta, iterations = run.solve(method, columns, stiffness, beta, start)
+    run.least = 0.0 if free or compliance else softness * load
+    lam, beta, iterations = run.solve(method, columns, (softness * FIRST if compliance else softness, softness), beta, start)
     return Solution(lam, modes.amplitudes(beta), run.gap(columns, lam, beta), iterations)
 
 
@@ -118,20 +121,22 @@ class _Augmented:
         self.least = 0.0
 
     def solve(
-        self, method: Method, W: FormedColumns | None, stiffness: float, beta: Floats, lam: Floats | None
+        self, method: Method, W: FormedColumns | None, softness: tuple[float, float], beta: Floats, lam: Floats | None
     ) -> tuple[Floats, Floats, int]:
-        """λ, β and the iterations of `method` in all; W is None for rigid bodies."""
-        operator, iterations, best = _Operator(W, self.Q, stiffness), 0, (np.inf, self.q, beta)
+        """λ, β and the iterations of `method` in all, with s from `softness[0]` up to `softness[1]`; W is None if rigid."""
+        s, iterations, best = softness[0], 0, (np.inf, self.q, beta)
         for _ in range(OUTER):
-            q = self.q + self.Q @ (beta + stiffness * self.load)
+            operator = _Operator(W, self.Q, s)
+            q = self.q + self.Q @ (beta + s * self.load)
             solution = method(ContactProblem(operator, q), lam, self.tolerance)
             iterations += solution.iterations
             lam = solution.lam
-            beta = beta + stiffness * (self.Q.T @ lam + self.load)
+            beta = beta + s * (self.Q.T @ lam + self.load)
             exact = self.saddle(operator, lam, beta, solution.gap)
             best = min(best, (self.residual(operator, *exact), *exact), key=lambda candidate: candidate[0])
             if best[0] <= self.tolerance:
                 break
+            s = min(GROWTH * s, softness[1])
         if not best[0] <= SOLVED:
             raise ContactNotConvergedError("the rigid motion does not settle", iterations, best[0], best[1])
         return best[1], best[2], iterations
@@ -167,7 +172,7 @@ class _Augmented:
         Y = cho_solve(factor, Q)
         for _ in range(3):
             unbalanced = self.Q.T @ lam + self.load
-            z = cho_solve(factor, -self.gap(operator.W, lam, beta)[rows] - operator.stiffness * Q @ unbalanced)
+            z = cho_solve(factor, -self.gap(operator.W, lam, beta)[rows] - operator.softness * Q @ unbalanced)
             step = np.linalg.lstsq(Q.T @ Y, Q.T @ z + unbalanced, rcond=1e-12)[0]
             lam[rows] += z - Y @ step
             beta = beta + step
@@ -178,13 +183,13 @@ class _Augmented:
 class _Operator:
     """W + s QQᵀ by its columns; those of W are asked for once."""
 
-    def __init__(self, W: FormedColumns | None, Q: Floats, stiffness: float) -> None:
-        self.W, self.Q, self.stiffness, self.size = W, Q, stiffness, len(Q)
+    def __init__(self, W: FormedColumns | None, Q: Floats, softness: float) -> None:
+        self.W, self.Q, self.softness, self.size = W, Q, softness, len(Q)
         self.pivot = W.pivot if W is not None else 1e-13
 
     def columns(self, rows: Ints) -> Floats:
         """(W + s QQᵀ)[:, rows]."""
-        rigid = self.stiffness * self.Q @ self.Q[rows].T
+        rigid = self.softness * self.Q @ self.Q[rows].T
         if self.W is None:
             return np.asarray(rigid)
         self.W.form(rows)
@@ -192,5 +197,5 @@ class _Operator:
 
     def diagonal(self, rows: Ints) -> Floats:
         """Its diagonal entries on `rows`."""
-        rigid = self.stiffness * (self.Q[rows] ** 2).sum(axis=1)
+        rigid = self.softness * (self.Q[rows] ** 2).sum(axis=1)
         return np.asarray(rigid if self.W is None else rigid + self.W.diagonal(rows))
