@@ -83,6 +83,7 @@ def root_along(surface: Surface, x: Floats, direction: Floats, reach: float) -> 
     d = direction / np.linalg.norm(direction)
     low, high = np.full(len(x), -reach), np.full(len(x), reach)
     s = np.clip(surface.potential(x), -reach, reach)
+    rounding = 1e-16 * (reach + np.abs(x).max(initial=0.0))
     for _ in range(100):
         at = x - s[:, None] * d
         g, slope = surface.potential(at), -surface.gradient(at) @ d
@@ -90,9 +91,11 @@ def root_along(surface: Surface, x: Floats, direction: Floats, reach: float) -> 
         with np.errstate(divide="ignore", invalid="ignore"):
             newton = s - g / slope
         inside = (newton > low) & (newton < high)
-        new = np.where(g == 0, s, np.where(inside, newton, (low + high) / 2))
+        # A step of round-off ends the search: bisection would leave the root, and may not find it again behind a ball.
+        settled = np.abs(g) <= rounding * np.abs(slope)
+        new = np.where(settled, s, np.where(inside, newton, (low + high) / 2))
         change, s = np.abs(new - s), new
-        if np.all(change <= 1e-16 * reach):
+        if np.all(change <= rounding):
             break
     return s
 

@@ -345,7 +345,10 @@ def _apply(data: dict[str, Any], change: str) -> None:
     try:
         parsed = tomllib.loads(f"value = {value}")["value"]
     except tomllib.TOMLDecodeError:
-        parsed = value
+        try:
+            parsed = float(value)
+        except ValueError:
+            parsed = value
     *path, last = key.strip().split(".")
     target: Any = data
     try:

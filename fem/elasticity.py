@@ -36,13 +36,23 @@ class Elasticity:
     E, nu : Young's modulus [Pa] and Poisson's ratio
     state : which strains exist; plane states have unit thickness, axisymmetry integrates over 2πr
     mixed : the displacement–pressure formulation (second-order cells only, not in plane stress)
-    rho : density [kg/m³]
+
+    Raises
+    ------
+    ValueError
+        for the mixed formulation in plane stress or with ν ≤ 0, where Λ is not positive.
     """
 
     E: float
     nu: float
     state: State
     mixed: bool = False
+
+    def __post_init__(self) -> None:
+        if self.mixed and (self.state == "plane-stress" or self.nu <= 0):
+            raise ValueError(
+                f"mixed formulation with state = {self.state!r}, nu = {self.nu}: needs 0 < nu < 1/2, not plane stress"
+            )
 
     @property
     def G(self) -> float:

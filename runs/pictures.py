@@ -161,7 +161,7 @@ def subdivided(patches: Patches, values: Floats, parts: int) -> Floats:
 
 
 def draw_plane(axes: Any, bodies: Bodies, style: dict[str, Any]) -> ScalarMappable:
-    """Plane and one-dimensional bodies on ordinary axes; `style` holds ``cmap`` and ``norm``. What a colour bar takes."""
+    """Plane and one-dimensional bodies on ordinary axes; `style` holds ``cmap`` and ``norm``."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.collections import LineCollection
 
@@ -200,9 +200,9 @@ def draw_plane(axes: Any, bodies: Bodies, style: dict[str, Any]) -> ScalarMappab
 
 
 def draw_space(axes: Any, bodies: Bodies, style: dict[str, Any], towards: Floats) -> ScalarMappable:
-    """Outer surfaces, shaded, and one-dimensional bodies on 3D axes, seen from the side that `towards` (3) points to."""
+    """Outer surfaces, shaded, and one-dimensional bodies on 3D axes, seen from the side that `towards` points to."""
     from matplotlib.cm import ScalarMappable
-    from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
+    from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection  # type: ignore[import-untyped]
 
     colours = ScalarMappable(**style)
     x = bodies.positions
@@ -247,7 +247,8 @@ def draw_space(axes: Any, bodies: Bodies, style: dict[str, Any], towards: Floats
 
 def draw_obstacle(axes: Any, surface: Surface, dim: int) -> None:
     """Where g(x) < 0 in what plane axes show; `dim` is the number of coordinates that g takes."""
-    x, y = np.meshgrid(*(np.linspace(*limits, 400) for limits in (axes.get_xlim(), axes.get_ylim())))
+    (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+    x, y = np.meshgrid(np.linspace(left, right, 400), np.linspace(low, high, 400))
     g = surface.potential(np.stack([x.ravel(), y.ravel()], axis=1)[:, :dim]).reshape(x.shape)
     if (g < 0).any():
         axes.contourf(x, y, g, levels=[g.min(), 0.0], colors="0.88", zorder=0)
@@ -264,7 +265,13 @@ def draw_forces(axes: Any, points: Floats, forces: Floats, length: float, label:
     if points.shape[1] == 3:
         axes.quiver(*tails.T, *arrows.T, color=VERMILLION, linewidth=0.6, arrow_length_ratio=0.12, zorder=zorder)
         return
-    look = {"color": VERMILLION, "angles": "xy", "scale_units": "xy", "scale": 1, "width": 0.004}
+    look = {
+        "color": VERMILLION,
+        "angles": "xy",
+        "scale_units": "xy",
+        "scale": 1,
+        "width": 0.004 if size == 4 else 0.0015,
+    }
     axes.quiver(*tails.T, *arrows.T, zorder=zorder, **look)
     axes.update_datalim(tails)
     axes.autoscale_view()

@@ -17,7 +17,19 @@ from contact.record import CERTIFICATE, RecordReader
 from contact.scene import SurfaceTable
 from contact.surfaces import Surface
 from runs.pictures import (
-    ARROW, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, Bodies, Floats, draw_forces, draw_obstacle, draw_plane,
+    ARROW,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILLION,
+    Bodies,
+    Floats,
+    draw_forces,
+    draw_obstacle,
+    draw_plane,
     draw_space,
 )  # fmt: skip
 
@@ -116,7 +128,7 @@ class Frame:
         exact = None
         text = self.scene.get("exact", {}).get("pressure")
         if text is not None and len(place):
-            s = np.linspace(place.min(), place.max(), 801)
+            s = np.linspace(place.min(), place.max(), 4001)
             exact = np.stack([s, Expression(text)(path(s), float(self.row["time"]))])
         active = np.asarray(self.contact["status"] > 0)
         return Profile(place[order], value[order], active[order], exact, place_label, label)
@@ -211,9 +223,9 @@ def record_figure(path_record: str | os.PathLike[str], step: int = -1) -> Figure
     """The figure that `plot_record` saves; its parameters and errors."""
     figure = _figure((12.0, 5.6))
     frame = Frame.read(path_record, step)
-    left, right = figure.add_gridspec(1, 2, width_ratios=(1.25, 1))
-    _draw_bodies(figure, left, frame)
-    _draw_profile(figure.add_subplot(right), frame)
+    places = figure.add_gridspec(1, 2, width_ratios=(1.25, 1))
+    _draw_bodies(figure, places[0], frame)
+    _draw_profile(figure.add_subplot(places[1]), frame)
     state = "" if frame.row["converged"] else "   NOT CONVERGED"
     figure.suptitle(f"{frame.title},  t = {frame.row['time']:g} s{state}", color="black" if not state else VERMILLION)
     figure.supxlabel(_footer(frame), fontsize=8, color="0.3")
@@ -303,12 +315,22 @@ def _draw_profile(axes: Any, frame: Frame) -> None:
             markeredgewidth=0.8, label=f"computed, {label} ({chosen.sum()})", zorder=3,
         )  # fmt: skip
     axes.set(xlabel=profile.place_label, ylabel=profile.value_label)
-    if not np.ptp(profile.place):
-        x = np.append(frame.bodies.grid.points[:, 0], profile.place)
-        axes.set_xlim(x.min(), x.max() + 0.1 * np.ptp(x))
+    axes.set_xlim(*_shown(profile, frame.bodies.grid.points[:, 0]))
     axes.set_title("along the contact, at undeformed places", fontsize=10)
     axes.grid(alpha=0.3)
     axes.legend(fontsize=8)
+
+
+def _shown(profile: Profile, x: Floats) -> tuple[float, float]:
+    """The places around the active ones, all of them where none is, and the bodies' x where there is one only."""
+    place = profile.place if np.ptp(profile.place) else x
+    low, high = place.min(), place.max()
+    loaded = profile.place[profile.active]
+    if len(loaded) > 1 and np.ptp(loaded):
+        around = 0.6 * np.ptp(loaded)
+        low, high = max(low, loaded.min() - around), min(high, loaded.max() + around)
+    margin = 0.04 * (high - low)
+    return low - margin, high + margin
 
 
 def _footer(frame: Frame) -> str:
@@ -356,8 +378,8 @@ def study_figure(rows: Sequence[Mapping[str, Any]], title: str) -> Figure:
             rate = f", $h^{{{slope(h, error):.2f}}}$" if len(set(h)) > 1 else ""
             look = {
                 "color": COLOURS[number % len(COLOURS)], "marker": MARKERS[number % len(MARKERS)], "linewidth": 1.2,
-                "linestyle": ("-", "--", ":", "-.")[number % 4], "markersize": 7 - number % 3, "markerfacecolor": "none",
-                "label": f"{method}, P{order}{rate}",
+                "linestyle": ("-", "--", ":", "-.")[number % 4], "markersize": 7 - number % 3,
+                "markerfacecolor": "none", "label": f"{method}, P{order}{rate}",
             }  # fmt: skip
             over_seconds.loglog(seconds, error, **look)
             over_unknowns.loglog(unknowns, error, **look)

@@ -25,9 +25,11 @@ CELL_POINTS = {1: 1, 3: 2, 5: 3, 10: 4, 21: 3, 22: 6, 24: 10}
 POLYLINE = 4
 
 GRID = "/VTKHDF"
-# The geometry never changes: every step reads it at offset 0, and one data set of zeros serves under all these names.
+# VTK reads all of Values into room for NSteps numbers, so this one data set never has more rows than finished steps.
+CLOCK = "/steps/time"
+# Second names of data sets. The geometry never changes: each step reads it at offset 0, one column of zeros serves all.
 LINKS = {
-    f"{GRID}/Steps/Values": "/steps/time",
+    f"{GRID}/Steps/Values": CLOCK,
     f"{GRID}/Steps/PointOffsets": f"{GRID}/Steps/PartOffsets",
     f"{GRID}/Steps/CellOffsets": f"{GRID}/Steps/PartOffsets",
     f"{GRID}/Steps/ConnectivityIdOffsets": f"{GRID}/Steps/PartOffsets",

@@ -12,14 +12,17 @@ from pathlib import Path
 
 import h5py
 
+PAGE = 4096
+
 
 class OrderedFile:
     """A new file that HDF5 writes through :meth:`hdf5`, each flush in an order that no kill can hurt.
 
     Bytes beyond the end of the last flush are referred to by nothing yet: they are written at once. Bytes inside it are
     held until the flush, which makes the file as long as HDF5 wants it, then writes the superblock, then index nodes
-    from the root downwards, so that every reference leads to what is already there. This relies on space never being
-    freed: the writer only ever extends data sets.
+    from the root downwards, so that every reference leads to what is already there, and in the end the file's first
+    page as a whole: what HDF5 placed there changes at one stroke. This relies on space never being freed: the writer
+    only ever extends data sets.
 
     Parameters
     ----------
@@ -48,7 +51,9 @@ class OrderedFile:
         It has no chunk cache: rows are written without the rest of their chunk. Nodes of its indices (2 to 4 KiB) lie
         within a page, because a kill can cut a write where a page ends.
         """
-        return h5py.File(self, "w", libver="earliest", rdcc_nbytes=0, alignment_threshold=2048, alignment_interval=4096)
+        return h5py.File(
+            self, "w", libver="earliest", rdcc_nbytes=0, alignment_threshold=PAGE // 2, alignment_interval=PAGE
+        )
 
     def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
         """Move to `offset` from the beginning or (`whence` ``SEEK_END``) from the end of the file."""
@@ -92,10 +97,15 @@ class OrderedFile:
         return size
 
     def flush(self) -> None:
-        """Write what is held: the length, the superblock, index nodes by falling level, everything else."""
+        """Write what is held: the length, the superblock, index nodes by falling level, all else, the first page."""
         os.ftruncate(self._descriptor, self._length)
+        page = bytearray(os.pread(self._descriptor, PAGE, 0))
         for address, data in sorted(self._held.items(), key=_rank):
-            self._write_at(address, data)
+            if address + len(data) <= len(page):
+                page[address : address + len(data)] = data
+            if address == 0 or address + len(data) > len(page):
+                self._write_at(address, data)
+        self._write_at(0, bytes(page))
         self._held.clear()
         self._flushed = self._length
 

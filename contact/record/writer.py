@@ -15,7 +15,7 @@ import h5py
 import numpy as np
 from h5py import h5a, h5s, h5t
 
-from contact.record.layout import EMPTY_STEP, GRID, LINKS, Array, Grid, StepData, as_stored, step_rows
+from contact.record.layout import CLOCK, EMPTY_STEP, GRID, LINKS, Array, Grid, StepData, as_stored, step_rows
 from contact.record.reader import RecordReader
 from contact.record.storage import OrderedFile
 
@@ -126,18 +126,19 @@ class Record:
         self.close()
 
     def _append(self, step: StepData, rows: dict[str, Array], state: dict[str, Array], start: float) -> None:
-        for name, values in rows.items():
-            self._columns[name].append(values)
+        for name in rows.keys() - {CLOCK}:
+            self._columns[name].append(rows[name])
         self._slots[self.count % 2].write(state)
         self._flush()
         output = self._columns["/steps/seconds/output"]
         output.write(rows["/steps/seconds/output"] + (perf_counter() - start), output.rows - 1)
         self.count += 1
         self._contacts += np.size(step.lam)
+        self._columns[CLOCK].append(rows[CLOCK])
         self._commit()
 
     def _commit(self) -> None:
-        """Write the number of steps, by itself and last: with it the step is there for every reader."""
+        """Write the number of steps last: with it the step is there for every reader."""
         self._nsteps.write(np.array(self.count, dtype=np.int64))
         self._flush()
 
@@ -162,6 +163,11 @@ class Record:
 
     def _lay_out(self, file: h5py.File, rows: dict[str, Array], state: dict[str, Array]) -> None:
         """Write all that does not grow, and empty data sets for all that does."""
+        # NSteps and Values come first, in the file's first page, which is written as a whole: VTK needs them to agree.
+        steps = file.create_group(f"{GRID}/Steps")
+        steps.attrs["NSteps"] = np.int64(0)
+        self._nsteps = h5a.open(steps.id, b"NSteps")
+        clock = _Column(steps, "Values", rows[CLOCK])
         grid = self._grid
         file.create_dataset("scene", data=self._scene, dtype=h5py.string_dtype())
         file.create_group("run").attrs.update(self._run)
@@ -169,14 +175,14 @@ class Record:
             file.create_dataset(name, data=values)
         file[GRID].attrs["Version"] = np.array([2, 2], dtype=np.int64)
         file[GRID].attrs["Type"] = np.bytes_("UnstructuredGrid")
-        self._columns = {name: _Column(file, name, values) for name, values in rows.items()}
+        self._columns = {name: _Column(file, name, values) for name, values in rows.items() if name != CLOCK}
+        self._columns[CLOCK] = clock
         self._columns["/contact/offsets"].append(np.zeros(1, dtype=np.int64))
+        file[CLOCK] = steps["Values"]
         for name, target in LINKS.items():
-            file[name] = file[target]
+            if name not in file:
+                file[name] = file[target]
         self._slots = [_Slot(file.create_group(f"checkpoint/{slot}"), state) for slot in range(2)]
-        steps = file[f"{GRID}/Steps"]
-        steps.attrs["NSteps"] = np.int64(0)
-        self._nsteps = h5a.open(steps.id, b"NSteps")
         self._flush = file.flush
 
 

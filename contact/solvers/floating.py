@@ -8,7 +8,7 @@ from scipy.optimize import nnls
 
 from contact.solvers import status
 from contact.solvers.certificate import length
-from contact.solvers.columns import TINY, FormedColumns, extend
+from contact.solvers.columns import EPSILON, TINY, FormedColumns, extend
 from contact.solvers.problem import (
     SOLVED,
     ContactNotConvergedError,
@@ -20,9 +20,8 @@ from contact.solvers.problem import (
     Solution,
 )
 
-# s over the elastic compliance, at most, and over what moves a rigid body far enough; its first part of that and growth.
-SOFTER, RIGID = 100.0, 1000.0
-FIRST, GROWTH = 2e-5, 4.0
+# s grows by GROWTH from W's size to SOFTEST times that; for rigid bodies it is RIGID times what moves them far enough.
+GROWTH, SOFTEST, RIGID = 4.0, 1e6, 1000.0
 OUTER = 50
 BALANCED = 1e-10
 
@@ -33,11 +32,11 @@ def solve(method: Method, problem: ContactProblem, start: Floats | None, toleran
     Augmented Lagrangian on the modes in an orthonormal basis (`Modes`): each outer iteration solves with W + s QQᵀ and
     q + Qβ + s Qρ, then adds s (Qᵀλ + ρ) to β. As soon as λ has the right support, the saddle system [W Q; Qᵀ 0] on it
     gives λ and β exactly, and the iteration ends when that is verified. The bodies are first moved by `status` as if
-    they were rigid, until they touch: so s need only suit the elastic motion, which may be smaller by any factor. s, the
-    compliance of springs that hold the bodies where they are, begins small and grows, so that contact spreads from where
-    they touch.
+    they were rigid, until they touch: so s need only suit the elastic motion, which may be smaller by any factor. s is
+    the compliance of springs that hold the bodies where they are; it begins at W's size, so that contact spreads from
+    where they touch, and grows, so that bodies that slide arrive.
 
-    Besides the columns that `method` asks for, those of at most m rows that could carry the load are formed, for s.
+    Besides the columns that `method` asks for, those of a few rows that could carry the load are formed, for s.
 
     Raises
     ------
@@ -52,8 +51,7 @@ def solve(method: Method, problem: ContactProblem, start: Floats | None, toleran
     if not problem.W.size:
         return Solution(np.empty(0), modes.amplitudes(np.zeros(modes.size)), np.empty(0), 0)
     columns = FormedColumns(problem.W)
-    columns.form(modes.bearing)
-    compliance = float(columns.diagonal(modes.bearing).max())
+    compliance = _compliance(columns, modes.bearing, problem.q)
     load, free = float(np.linalg.norm(modes.load)), float(np.abs(problem.q).max())
     rigid = RIGID * np.sqrt(columns.size) * free / load if free and load else 1.0
     run = _Augmented(problem, modes, tolerance)
@@ -64,11 +62,23 @@ def solve(method: Method, problem: ContactProblem, start: Floats | None, toleran
         except (InfeasibleError, ContactNotConvergedError):
             # what does not fit as a rigid body may fit as an elastic one
             beta = np.zeros(modes.size)
-    softness = SOFTER * compliance * columns.size or rigid
+    elastic = compliance * columns.size
     # where all gaps are zero and nothing deforms there is no length but that of the augmentation
-    run.least = 0.0 if free or compliance else softness * load
-    lam, beta, iterations = run.solve(method, columns, (softness * FIRST if compliance else softness, softness), beta, start)
+    run.least = 0.0 if free or compliance else rigid * load
+    softness = (elastic, SOFTEST * elastic) if compliance else (rigid, rigid)
+    lam, beta, iterations = run.solve(method, columns, softness, beta, start)
     return Solution(lam, modes.amplitudes(beta), run.gap(columns, lam, beta), iterations)
+
+
+def _compliance(columns: FormedColumns, rows: Ints, q: Floats) -> float:
+    """The largest Wᵢᵢ of `rows` or, where they lie on rigid bodies, of further ones with the least gaps [m/N]."""
+    order = np.concatenate([rows, np.setdiff1d(np.argsort(q), rows, assume_unique=True)])
+    while True:
+        columns.form(order[: len(rows)])
+        largest = float(columns.diagonal(order[: len(rows)]).max())
+        if largest > 0 or len(rows) >= len(q):
+            return largest
+        rows = order[: 4 * len(rows)]
 
 
 class Modes:
@@ -88,6 +98,7 @@ class Modes:
         norms = np.linalg.norm(G, axis=0)
         self.scale = np.where(norms > 0, norms, 1.0)
         U, S, Vt = np.linalg.svd(G / self.scale, full_matrices=False)
+        U[np.abs(U) < 4 * EPSILON] = 0.0  # a contact that does not see a mode must not see its rounding
         seen = S / S.max(initial=TINY) > 1e-12
         self.Q, self.S, self.Vt = U[:, seen], S[seen], Vt[seen]
         self.size = len(self.S)
@@ -121,9 +132,14 @@ class _Augmented:
         self.least = 0.0
 
     def solve(
-        self, method: Method, W: FormedColumns | None, softness: tuple[float, float], beta: Floats, lam: Floats | None
+        self,
+        method: Method,
+        W: FormedColumns | None,
+        softness: tuple[float, float],
+        beta: Floats,
+        lam: Floats | None,
     ) -> tuple[Floats, Floats, int]:
-        """λ, β and the iterations of `method` in all, with s from `softness[0]` up to `softness[1]`; W is None if rigid."""
+        """λ, β and the iterations of `method` in all, with the first and last s; W is None if rigid."""
         s, iterations, best = softness[0], 0, (np.inf, self.q, beta)
         for _ in range(OUTER):
             operator = _Operator(W, self.Q, s)
@@ -170,10 +186,14 @@ class _Augmented:
         lam, rows = np.where(pull > np.maximum(gap, 0.0), lam, 0.0), rows[kept]
         Q, factor = self.Q[rows], (L, True)
         Y = cho_solve(factor, Q)
+        # the eigenvalues of s QᵀY are at most 1, and 0 for motions that these rows do not resist
+        w, V = np.linalg.eigh(operator.softness * Q.T @ Y)
+        resisted = w > 1e-12
+        inverse = operator.softness * (V[:, resisted] / w[resisted]) @ V[:, resisted].T
         for _ in range(3):
             unbalanced = self.Q.T @ lam + self.load
             z = cho_solve(factor, -self.gap(operator.W, lam, beta)[rows] - operator.softness * Q @ unbalanced)
-            step = np.linalg.lstsq(Q.T @ Y, Q.T @ z + unbalanced, rcond=1e-12)[0]
+            step = inverse @ (Q.T @ z + unbalanced)
             lam[rows] += z - Y @ step
             beta = beta + step
         beta[np.abs(beta) < 1e-12 * self.least] = 0.0

@@ -9,7 +9,7 @@ import numpy as np
 from contact.solvers.certificate import length
 from contact.solvers.columns import FormedColumns, extend
 from contact.solvers.dual import PETSc, failures
-from contact.solvers.floating import SOFTER, Modes
+from contact.solvers.floating import Modes
 from contact.solvers.problem import SOLVED, ContactNotConvergedError, ContactProblem, Floats, Ints, Primal, Solution
 
 
@@ -46,7 +46,7 @@ def solve(problem: ContactProblem, start: Floats | None = None, tolerance: float
     Q, load = (modes.Q, modes.load) if modes is not None else (np.empty((len(problem.q), 0)), np.empty(0))
     columns = FormedColumns(problem.W)
     columns.form(active)
-    softness = SOFTER * columns.diagonal(active).max() * len(problem.q) or 1.0
+    softness = columns.diagonal(active).max() * len(problem.q) or 1.0
     augmented = columns.block(active, active) + softness * Q[active] @ Q[active].T
     rows = np.sort(active[extend(np.empty((0, 0)), augmented, columns.pivot)[1]])
 

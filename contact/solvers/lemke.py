@@ -61,7 +61,7 @@ def solve(problem: ContactProblem, start: Floats | None = None, tolerance: float
 
 
 def _path(W: Floats, q: Floats) -> tuple[Ints, Floats, int, Floats | None]:
-    """The last basis (variables 0…c−1 are w, c…2c−1 are z, 2c is z₀), its values, the pivots, the ray if there is one."""
+    """The last basis (variables 0…c−1 are w, c…2c−1 are z, 2c is z₀), its values, the pivots, and the ray or None."""
     c = len(q)
     T = np.hstack([np.eye(c), -W, -np.ones((c, 1)), q[:, None]])
     basis = np.arange(c)

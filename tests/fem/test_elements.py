@@ -32,4 +32,6 @@ def test_shape_functions_interpolate(dim: int, order: int) -> None:
     x = np.random.default_rng(1).uniform(0, 1 / dim, (5, dim))
     values = (nodes.sum(axis=1) + 1) ** order
     exact = order * (x.sum(axis=1) + 1) ** (order - 1)
-    np.testing.assert_allclose(np.einsum("qai,a->qi", shape_gradient(x, order), values), np.repeat(exact[:, None], dim, 1))
+    np.testing.assert_allclose(
+        np.einsum("qai,a->qi", shape_gradient(x, order), values), np.repeat(exact[:, None], dim, 1)
+    )

@@ -139,11 +139,12 @@ def test_resume_drops_an_unfinished_step_and_goes_on(tmp_path: Path, monkeypatch
     for k in range(6):
         record.append(step(k))
     with monkeypatch.context() as patch:
-        patch.setattr(Record, "_commit", lambda self: None)
-        record.append(replace(step(6), time=99.0))
+        patch.setattr(record._columns["/steps/seconds/output"], "write", _raise)
+        with pytest.raises(KeyboardInterrupt):
+            record.append(replace(step(6), dt=99.0))
     record.close()
     with h5py.File(broken, "r") as file:
-        assert len(file["steps/time"]) == 7
+        assert len(file["steps/dt"]) == 7
     with RecordReader(broken) as reader:
         assert reader.count == 6
     vtk = Vtk(broken)
@@ -200,7 +201,7 @@ def test_a_killed_run_keeps_every_finished_step(tmp_path: Path) -> None:
             # A kill between the commit and the acknowledgement leaves one step more.
             assert acknowledged <= reader.count <= acknowledged + 1
             acknowledged = reader.count
-            kills_in_a_step += len(reader.file["steps/time"]) > reader.count
+            kills_in_a_step += len(reader.file["steps/dt"]) > reader.count
             np.testing.assert_array_equal(reader.steps()["time"], [step(k).time for k in range(reader.count)])
             for k in range(reader.count):
                 np.testing.assert_array_equal(reader.contact(k)["point"], step(k).point)
@@ -216,6 +217,10 @@ def test_a_killed_run_keeps_every_finished_step(tmp_path: Path) -> None:
     write(whole, acknowledged + 3)
     assert compare(path, whole) is None
     print(f"{KILLS} kills, {kills_in_a_step} inside a step's rows, {acknowledged} steps")
+
+
+def _raise(*_: object) -> None:
+    raise KeyboardInterrupt
 
 
 def _environment() -> dict[str, str]:
