@@ -32,8 +32,10 @@ def command(arguments: argparse.Namespace, petsc_options: list[str]) -> int:
     if arguments.method:
         changes.append(f'solver.method="{arguments.method}"')
     scene, text = read_scene(path, changes)
+    # The record keeps what was run: a resumed run must be of the same scene with the same changes.
+    text += "".join(f"\n# --set {change}" for change in changes)
     target = Path(arguments.resume or arguments.output or path.with_suffix(".vtkhdf").name)
-    _run(scene, path, text, target, bool(arguments.resume), {"changes": " ".join(changes), "petsc_options": " ".join(petsc_options)})
+    _run(scene, path, text, target, bool(arguments.resume), {"petsc_options": " ".join(petsc_options)})
     if arguments.plot and MPI.COMM_WORLD.rank == 0:
         from runs.plot import plot_record
 
@@ -55,7 +57,8 @@ def _run(scene: Scene, path: Path, text: str, target: Path, resume: bool, run: d
         grid = gather.grid()
         if comm.rank == 0:
             assert grid is not None
-            facts = {**_facts(comm), **run, "explain": explain(scene)}
+            unknowns = sum(body.space.size for body in system.bodies)
+            facts = {**_facts(comm), **run, "unknowns": unknowns, "explain": explain(scene)}
             record = Record.resume(target) if resume else Record.create(target, grid, text, facts)
         bar = tqdm(total=scene.time.steps, initial=first, unit="step", disable=comm.rank > 0 or not sys.stderr.isatty())
 

@@ -19,6 +19,9 @@ Array = NDArray[Any]
 
 CERTIFICATE = ("complementarity", "equilibrium", "surface_error", "penetration")
 PHASES = ("assemble", "factor", "detect", "delassus", "solve", "output", "total")
+_NUMBERS = ("time", "dt", "substeps", "passes", "contacts", "active", "iterations", *CERTIFICATE, "converged")
+STEP_COLUMNS = (*_NUMBERS, *(f"seconds/{phase}" for phase in PHASES))
+CONTACT_COLUMNS = ("lambda", "gap", "point", "normal", "body", "status")
 
 # Points of each VTK cell type; a polyline (4) has any number of them from 2 on.
 CELL_POINTS = {1: 1, 3: 2, 5: 3, 10: 4, 21: 3, 22: 6, 24: 10}

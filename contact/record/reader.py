@@ -12,7 +12,7 @@ from typing import Any, Self
 import h5py
 import numpy as np
 
-from contact.record.layout import GRID, Array, Grid, committed_rows, dataset_names
+from contact.record.layout import CONTACT_COLUMNS, GRID, STEP_COLUMNS, Array, Grid, committed_rows, dataset_names
 
 SLAB_BYTES = 1 << 26
 
@@ -94,11 +94,7 @@ class RecordReader:
 
     def steps(self) -> dict[str, Array]:
         """One row per step, by the names below ``/steps``; phases are ``seconds/assemble`` and so on."""
-        return {
-            name.removeprefix("/steps/"): self.file[name][: self.count]
-            for name in self.names
-            if name.startswith("/steps/")
-        }
+        return {name: self.file[f"steps/{name}"][: self.count] for name in STEP_COLUMNS}
 
     def contact(self, step: int) -> dict[str, Array]:
         """``lambda`` [N], ``gap`` [m], ``point``, ``normal``, ``body``, ``status`` at `step`, counted from 0.
@@ -109,8 +105,7 @@ class RecordReader:
             If there is no such step.
         """
         rows = self._rows_below("/contact/", step)
-        del rows["offsets"]
-        return rows
+        return {name: rows[name] for name in CONTACT_COLUMNS}
 
     def fields(self, step: int) -> tuple[dict[str, Array], dict[str, Array]]:
         """Point arrays and cell arrays of `step`, counted from 0.

@@ -198,7 +198,8 @@ class _Column:
         self._id = parent.create_dataset(
             name, (0, *tail), like.dtype, maxshape=(None, *tail), chunks=(chunk, *tail), fill_time="never"
         ).id
-        self._type, self._space = h5t.py_create(like.dtype), self._id.get_space()
+        # Kept, because making them takes as long as a small write.
+        self._type, self._space, self._memory = h5t.py_create(like.dtype), self._id.get_space(), self._id.get_space()
         self._start = (0,) * len(tail)
         self.rows = 0
         self.signature = (like.dtype, tail)
@@ -218,7 +219,8 @@ class _Column:
     def write(self, values: Array, start: int) -> None:
         if values.size:
             self._space.select_hyperslab((start, *self._start), values.shape)
-            self._id.write(h5s.create_simple(values.shape), self._space, values, self._type)
+            self._memory.set_extent_simple(values.shape)
+            self._id.write(self._memory, self._space, values, self._type)
 
 
 class _Slot:

@@ -87,7 +87,8 @@ def ratio_tested(
 
     Returns
     -------
-    DONE, or WANTED: column `state[1]` (or room in U) is needed, call again; INFEASIBLE; STALLED at the limit.
+    DONE, or WANTED: column `state[1]` (or room in U) is needed, call again; INFEASIBLE: row `state[1]` cannot be
+    satisfied; STALLED at the limit.
 
     Source: Lawson & Hanson, Solving Least Squares Problems (1974), ch. 23; Goldfarb & Idnani, Math. Program. 27 (1983).
     """
@@ -183,6 +184,7 @@ def ratio_tested(
                     alpha, k = -lam[row] / null[i], i
             if k < 0:
                 if -delta[enter] > 1e-11 * size:
+                    state[0], state[1] = n, enter
                     return INFEASIBLE
                 break
             lam[enter] += alpha

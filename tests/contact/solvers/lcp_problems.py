@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.util
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import h5py
@@ -12,6 +11,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 import scipy.sparse.linalg as spl
+
 from contact.solvers.problem import ContactProblem, DenseDelassus, Floats, Ints
 
 SHARED = Path(__file__).resolve().parents[4] / "shared"
@@ -95,7 +95,7 @@ def well_posed(c: int = 30) -> tuple[Floats, Floats]:
 
 
 def half_space(n: int) -> tuple[Floats, Floats]:
-    """A paraboloid pressed on an elastic half-space of n × n square patches: W ~ 1/(πr), a solid's Delassus operator."""
+    """A paraboloid pressed on an elastic half-space of n × n square patches: W ~ 1/(πr), as of solids."""
     x = (np.arange(n) + 0.5) * 2 / n - 1
     X, Y = (values.ravel() for values in np.meshgrid(x, x))
     r = np.hypot(X[:, None] - X, Y[:, None] - Y)
@@ -148,8 +148,3 @@ def v_groove(beta: float, compliance: float, load: float) -> ContactProblem:
     normals = np.array([[np.cos(beta), np.sin(beta)], [-np.cos(beta), np.sin(beta)]])
     W = compliance * normals @ normals.T
     return ContactProblem(DenseDelassus(W), np.array([0.01, 0.02]), G=normals, r=np.array([0.0, -load]))
-
-
-def chunks(size: int) -> Iterator[int]:
-    """Lengths of blocks that are no power of two."""
-    yield from (1, 3, size - 4)

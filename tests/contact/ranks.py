@@ -1,0 +1,67 @@
+"""Cases of the catalogue on the ranks of a communicator; as a program, under mpiexec, it prints what they give."""
+
+import json
+import sys
+from typing import Any
+
+import numpy as np
+from mpi4py import MPI
+
+import validation.cases  # noqa: F401  enters the cases
+from contact.build import build
+from contact.scene import Scene
+from contact.step import step
+from validation.case import CASES, Run
+
+LEVELS: list[tuple[str, dict[str, Any], float, int]] = [
+    ("hertz-line", {"constraint": "nodal"}, 1 / 12, 1),
+    ("hertz-line", {"constraint": "nodal"}, 1 / 12, 2),
+    ("hertz-line", {"constraint": "mortar"}, 1 / 12, 2),
+    ("hertz-point", {"model": "3d"}, 0.15, 2),
+    ("membrane-ball", {}, 4 / 24, 1),
+    ("plug", {"nu": 0.4999}, 0.4, 2),
+    ("v-groove", {}, 0.0, 1),
+    ("two-bars", {}, 0.0, 1),
+]
+
+
+def quantities(comm: Any) -> dict[str, float]:
+    """Every quantity of the cases above and of the block below, by name. Collective."""
+    result = {}
+    for name, changes, h, order in LEVELS:
+        case = CASES[name]
+        run = Run(case, comm, case.configure(changes), h, order, case.method)
+        for quantity in case.solve(run):
+            result[f"{name} {changes} {order}: {quantity.name}"] = quantity.computed
+        run.close()
+    return result | _sliding_block(comm)
+
+
+def _sliding_block(comm: Any) -> dict[str, float]:
+    """A floating block pressed on a ball by a pressure, its contacts found along the motion."""
+    body = {
+        "name": "body",
+        "mesh": {"shape": "box", "size": [1.0, 1.0], "n": 7, "order": 2, "structured": True},
+        "material": {"E": 2.0, "nu": 0.3, "state": "plane-strain"},
+        # At the corners the later support holds, on however many ranks its facets are.
+        "supports": [
+            {"tag": "left", "component": "x", "value": "0.01*y"},
+            {"tag": "right", "component": "x", "value": 0.02},
+            {"tag": "top", "component": "x", "value": "0.01*x*t"},
+        ],
+        "loads": [{"kind": "pressure", "tag": "top", "value": "0.02*(1 + x)*t"}],
+    }
+    surface = {"kind": "sphere", "centre": [0.3, -0.7], "radius": 0.7}
+    pair = {"body": "body", "tag": "bottom", "surface": surface, "sliding": "finite"}
+    system = build(Scene.model_validate({"body": [body], "contact": [pair]}), comm)
+    system.prepare()
+    found = step(system, 1.0)
+    energy = comm.allreduce(float(system.bodies[0].internal_forces() @ system.bodies[0].owned(system.bodies[0].u)))
+    system.close()
+    return {"block: force": found.lam.sum(), "block: norm": float(np.linalg.norm(found.lam)), "block: energy": energy}
+
+
+if __name__ == "__main__":
+    values = quantities(MPI.COMM_WORLD)
+    if MPI.COMM_WORLD.rank == 0:
+        json.dump(values, sys.stdout)
