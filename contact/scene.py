@@ -11,9 +11,20 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Discriminator,
+    Field,
+    PlainValidator,
+    Tag,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
 
 from contact.expression import Expression
+from meshes.mesh import Mesh
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -72,6 +83,28 @@ class Tension(Table):
     T: Positive | None = Field(None, description="tension of a string [N] or membrane [N/m]")
 
 
+def _mesh_kind(value: Any) -> str:
+    """Which model a mesh's table follows."""
+    if isinstance(value, Mesh):
+        return "mesh"
+    return "file" if isinstance(value, MeshFile) or (isinstance(value, dict) and "file" in value) else "shape"
+
+
+def _material_kind(value: Any) -> str:
+    """Which model a material's table follows."""
+    tension = isinstance(value, Tension) or (isinstance(value, dict) and {"EA", "T"} & set(value))
+    return "tension" if tension else "elastic"
+
+
+MeshSource = Annotated[
+    Annotated[MeshFile, Tag("file")] | Annotated[MeshShape, Tag("shape")] | Annotated[Mesh, Tag("mesh")],
+    Discriminator(_mesh_kind),
+]
+Material = Annotated[
+    Annotated[Elastic, Tag("elastic")] | Annotated[Tension, Tag("tension")], Discriminator(_material_kind)
+]
+
+
 class SupportTable(Table):
     """Prescribed displacement of a tagged part."""
 
@@ -108,25 +141,11 @@ class BodyTable(Table):
 
     name: Name
     kind: Literal["solid", "bar", "string", "membrane", "rigid"] = "solid"
-    mesh: MeshFile | MeshShape | Any = Field(description="a generator's `shape` and parameters, or a `file`")
-    material: Elastic | Tension | None = None
+    mesh: MeshSource = Field(description="a generator's `shape` and parameters, or a `file`")
+    material: Material | None = None
     guided: bool = Field(False, description="a rigid body that does not rotate")
     supports: list[SupportTable] = []
     loads: list[LoadTable] = []
-
-    @field_validator("mesh", mode="before")
-    @classmethod
-    def _mesh(cls, value: Any) -> Any:
-        if isinstance(value, dict):
-            return MeshFile(**value) if "file" in value else MeshShape(**value)
-        return value
-
-    @field_validator("material", mode="before")
-    @classmethod
-    def _material(cls, value: Any) -> Any:
-        if isinstance(value, dict):
-            return Tension(**value) if {"EA", "T"} & set(value) else Elastic(**value)
-        return value
 
     @model_validator(mode="after")
     def _consistent(self) -> BodyTable:
@@ -223,13 +242,23 @@ SurfaceTable = Annotated[
 ]
 
 
+def _obstacle(value: Any) -> Any:
+    """Any object with the methods of `contact.surfaces.Surface`."""
+    if not all(callable(getattr(value, name, None)) for name in ("potential", "gradient", "lipschitz")):
+        raise ValueError("must be a table with a known kind, or an object with potential, gradient and lipschitz")
+    return value
+
+
+Obstacle = Annotated[Any, PlainValidator(_obstacle)]
+
+
 class ContactTable(Table):
     """What may touch what."""
 
     name: Name = "contact"
     body: Name
     tag: Name
-    surface: SurfaceTable | Any = Field(
+    surface: SurfaceTable | Obstacle = Field(
         description="plane, sphere, cylinder, paraboloid, cone, sinusoid, dome, or point"
     )
     constraint: Literal["nodal", "mortar"] = "nodal"
@@ -325,7 +354,13 @@ def read_scene(path: Path, changes: list[str] | None = None) -> tuple[Scene, str
 def first_error(error: ValidationError) -> str:
     """The first finding of a schema check as one line: key, value and what is allowed."""
     found = error.errors()[0]
-    steps = [part for part in found["loc"] if not (isinstance(part, str) and part.endswith("Table"))]
+    # pydantic names the branch of a union among the keys; a scene's author never wrote it.
+    parts = [str(part) if isinstance(part, str) else part for part in found["loc"]]
+    branch = {i + 1 for i, part in enumerate(parts) if isinstance(part, str) and part.startswith("tagged-union")}
+    branch |= {i + 1 for i, part in enumerate(parts) if part in ("mesh", "material")}
+    steps = [
+        p for i, p in enumerate(parts) if i not in branch and not (isinstance(p, str) and p.startswith("tagged-union"))
+    ]
     key = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in steps).lstrip(".")
     message = found["msg"].removeprefix("Value error, ").strip()
     if found["type"] == "extra_forbidden":

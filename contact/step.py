@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from contact.certificate import Certificate, Tolerances, certify
 from contact.solvers import solve
-from contact.solvers.problem import ContactNotConvergedError
+from contact.solvers.problem import ContactNotConvergedError, ContactProblem
 from contact.system import Linearisation, System
 
 Floats = NDArray[np.float64]
@@ -17,11 +17,15 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class StepResult:
-    """What a step found: forces `lam` and true gaps `gap` on all constraints, and how it went."""
+    """What a step found: forces `lam` and true gaps `gap` on all constraints, and how it went.
+
+    `problem` is the contact problem of its last pass.
+    """
 
     lam: Floats
     gap: Floats
     linearisation: Linearisation
+    problem: ContactProblem
     certificate: Certificate
     passes: int
     iterations: int
@@ -67,7 +71,7 @@ def step(
         if certificate.within(tolerances):
             gap = np.concatenate([np.empty(0), *[pair.gaps() for pair in system.pairs]])
             system.accept()
-            return StepResult(lam, gap, contacts, certificate, number, iterations, solution.details)
+            return StepResult(lam, gap, contacts, problem, certificate, number, iterations, solution.details)
         start = lam
 
     worst = max(certificate.complementarity, certificate.equilibrium)

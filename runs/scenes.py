@@ -46,9 +46,15 @@ def command(arguments: argparse.Namespace, petsc_options: list[str]) -> int:
 def _run(scene: Scene, path: Path, text: str, target: Path, resume: bool, run: dict[str, Any]) -> None:
     """Build, prepare and march; the record begins only when the input has proved good."""
     comm = MPI.COMM_WORLD
-    system = build(scene, comm, path.parent)
     try:
-        system.prepare()
+        system = build(scene, comm, path.parent)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+    try:
+        try:
+            system.prepare()
+        except ValueError as error:
+            raise ValueError(f"{path}: {error}") from None
         gather = Gatherer(system)
         first, start, record = 0, None, None
         if resume:

@@ -50,7 +50,9 @@ def command(arguments: argparse.Namespace) -> int:
         return 3
     failed = [r["case"] for r in reports if not r["passed"]]
     if comm.rank == 0 and not arguments.json:
-        print(f"{len(reports) - len(failed)} of {len(reports)} passed" + (f"; not: {', '.join(failed)}" if failed else ""))
+        print(
+            f"{len(reports) - len(failed)} of {len(reports)} passed" + (f"; not: {', '.join(failed)}" if failed else "")
+        )
     return 1 if failed else 0
 
 
@@ -67,7 +69,9 @@ def plan(case: Case, comm: Any, changes: dict[str, Parameter], arguments: argpar
         levels = [arguments.h]
     if arguments.n is not None:
         if case.n_to_h is None or arguments.n < 3:
-            raise ValueError(f"--n {arguments.n}: must be at least 3, for a case on a grid of points ({case.name} takes --h)")
+            raise ValueError(
+                f"--n {arguments.n}: must be at least 3, for a case on a grid of points ({case.name} takes --h)"
+            )
         levels = [case.n_to_h(arguments.n)]
     return [Run(case, comm, parameters, h, order, arguments.method or case.method) for h in levels]
 
@@ -86,6 +90,8 @@ def solve(run: Run) -> dict[str, Any]:
             "error": f"{type(error).__name__}: {error}",
             "passed": False,
         }
+    except ValueError as error:
+        raise ValueError(f"{run.case.name}: {str(error).removeprefix(f'{run.case.name}: ')}") from None
     finally:
         run.close()
 
@@ -119,7 +125,9 @@ def _list(names: list[str], comm: Any) -> None:
     for name in names:
         case = CASES[name]
         print(f"{name}: {case.summary}")
-        print("   ", " ".join(f"{k}={v:.6g}" if isinstance(v, float) else f"{k}={v}" for k, v in case.parameters.items()))
+        print(
+            "   ", " ".join(f"{k}={v:.6g}" if isinstance(v, float) else f"{k}={v}" for k, v in case.parameters.items())
+        )
 
 
 def text_of(report: dict[str, Any]) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import lapack, solve_triangular
+from scipy.linalg import lapack
 
 from contact.solvers.problem import Delassus, DenseDelassus, Floats, Ints
 
@@ -102,7 +102,7 @@ def extend(L: Floats, columns: Floats, pivot: float) -> tuple[Floats, Ints]:
     below `pivot` times its diagonal entry) an independent subset, chosen by complete pivoting.
     """
     n, p = len(columns), len(L)
-    border = solve_triangular(L, columns[:p], lower=True, check_finite=False) if p else columns[:0]
+    border = lapack.dtrtrs(L, columns[:p], lower=1)[0] if p else columns[:0]
     schur = columns[p:] - border.T @ border
     scale = np.sqrt(np.abs(np.diagonal(columns[p:])))
     tail, info = lapack.dpotrf(schur, lower=1, clean=1)

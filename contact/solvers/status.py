@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import cho_solve
+from scipy.linalg import lapack
 
 from contact.solvers.certificate import length, scaled
 from contact.solvers.columns import FormedColumns, extend
@@ -95,20 +95,28 @@ class _BlockSteps:
 
     def run(self, first: Ints) -> bool:
         """Take block steps from the set `first`; True if they reached the solution."""
-        feasible, least, seen, block = self.lam, np.inf, {np.sort(first).tobytes()}, 1
+        feasible, least, block = self.lam, np.inf, 1
+        wanted = np.zeros(len(self.q), bool)
+        wanted[first] = True
+        seen = {wanted.tobytes()}
         if len(first):
             self.change(first)
         while True:
             rounding, scale = self.rounding(), length(self.q, self.delta - self.q)
+            candidates = [feasible]
             if rounding > SOLVED * scale:
                 break
             negative, violated, worst = self.wrong(max(self.tolerance * scale, rounding))
-            feasible = min(feasible, np.maximum(self.lam, 0.0), key=self.objective)
-            if not len(negative) and not len(violated):
-                return True
+            if not len(negative):
+                feasible = self.lam
+                if not len(violated):
+                    return True
+            candidates = [feasible, np.maximum(self.lam, 0.0)]
             least = min(least, worst)
             entering = violated[np.argsort(self.delta[violated])[:block]]
-            key = np.sort(np.append(np.setdiff1d(self.rows, negative), entering)).tobytes()
+            wanted = self.lam > 0
+            wanted[entering] = True
+            key = wanted.tobytes()
             if worst > WORSE * least or key in seen or self.steps == STEPS:
                 break
             seen.add(key)
@@ -116,7 +124,7 @@ class _BlockSteps:
             self.departures += len(negative)
             self.change(entering)
             block *= GROWTH
-        self.restart(feasible)
+        self.restart(min(candidates, key=self.objective))
         return False
 
     def rounding(self) -> float:
@@ -145,7 +153,7 @@ class _BlockSteps:
         self.factorise(p, np.concatenate([self.rows[:p], tail[np.argsort(-self.lam[tail])], entering]))
         self.lam, self.delta = np.zeros_like(self.q), self.q
         for _ in range(REFINEMENTS):
-            self.lam[self.rows] -= cho_solve((self.L, True), self.delta[self.rows])
+            self.lam[self.rows] -= lapack.dpotrs(self.L, self.delta[self.rows], lower=1)[0]
             self.delta = self.q + self.columns.product(self.lam)
             self.iterations += 1
             left = np.abs(self.delta[self.rows]).max(initial=0.0)

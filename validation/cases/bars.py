@@ -61,7 +61,9 @@ def _solve_bar_stop(run: Run, copies: int) -> Solved:
     )
 
 
-@case("duplicated", {"E": 1.0, "A": 1.0, "L": 1.0, "F": 1.0, "q": 0.0, "g": 0.1, "N": 5.0}, levels=(1 / 8,), orders=(1,))
+@case(
+    "duplicated", {"E": 1.0, "A": 1.0, "L": 1.0, "F": 1.0, "q": 0.0, "g": 0.1, "N": 5.0}, levels=(1 / 8,), orders=(1,)
+)
 def duplicated(run: Run) -> list[Quantity]:
     """The same stop stated N times: W is singular, u and Σλ are those of one stop."""
     exact = BarStop(**run.values("E", "A", "L", "F", "q", "g"))
@@ -78,7 +80,11 @@ def opposed(run: Run) -> list[Quantity]:
     E, A, L, g, w = (run[k] for k in ("E", "A", "L", "g", "w"))
     exact = Slit(k=E * A / L, F=run["F"], g=g, w=w)
     solved = run.solve(
-        body=[_bar("bar", E * A, L, max(1, round(L / run.h)), "start", [{"kind": "force", "tag": "end", "value": run["F"]}])],
+        body=[
+            _bar(
+                "bar", E * A, L, max(1, round(L / run.h)), "start", [{"kind": "force", "tag": "end", "value": run["F"]}]
+            )
+        ],
         contact=[
             _stop(L + g + w, interference=max(0.0, -g - w), name="upper"),
             _stop(L + g, towards=-1.0, interference=max(0.0, g), name="lower"),

@@ -77,7 +77,9 @@ def membrane_disc(run: Run) -> list[Quantity]:
     return [
         Quantity("force", force, exact.force, 5e-3),
         Quantity("radius", float(np.sqrt(force / (np.pi * run["f"]))), exact.a, 5e-3),
-        Quantity("max_error", nodal_error(solved.system.bodies[0], lambda x: -exact.displacement(x)), 0.0, 0.1 * run.h**2),
+        Quantity(
+            "max_error", nodal_error(solved.system.bodies[0], lambda x: -exact.displacement(x)), 0.0, 0.1 * run.h**2
+        ),
     ]
 
 
@@ -90,7 +92,12 @@ def string(run: Run) -> list[Quantity]:
             {
                 "name": "string",
                 "kind": "string",
-                "mesh": {"shape": "interval", "length": run["L"], "n": max(2, round(run["L"] / run.h)), "order": run.order},
+                "mesh": {
+                    "shape": "interval",
+                    "length": run["L"],
+                    "n": max(2, round(run["L"] / run.h)),
+                    "order": run.order,
+                },
                 "material": {"T": 1.0},
                 "supports": [{"tag": "start"}, {"tag": "end"}],
                 "loads": [{"kind": "body", "value": -run["f"]}],
