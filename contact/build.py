@@ -21,6 +21,7 @@ from contact.scene import (
     ContactTable,
     DomeTable,
     Elastic,
+    LoadTable,
     MeshFile,
     MeshShape,
     ParaboloidTable,
@@ -72,7 +73,7 @@ def _body(table: BodyTable, comm: Any, folder: Path) -> Body:
         raise ValueError(f"body {table.name!r}: state = {material.state!r} does not fit a mesh of dimension {dim}")
     components = dim if table.kind in ("solid", "rigid") else 1
     supports = [Support(s.tag, _component(table, s.component, components), field(s.value)) for s in table.supports]
-    loads = [Load(load.kind, field(load.value), load.tag) for load in table.loads]
+    loads = [Load(load.kind, field(_load_value(table, load, components)), load.tag) for load in table.loads]
     if table.kind == "rigid":
         return RigidBody(table.name, Space(comm, mesh, components), supports, loads, table.guided)
     if isinstance(material, Elastic):
@@ -120,6 +121,15 @@ def _on_root(comm: Any, make: Callable[[], Mesh]) -> Mesh | None:
     if error := comm.bcast(error):
         raise error
     return mesh
+
+
+def _load_value(table: BodyTable, load: LoadTable, components: int) -> Any:
+    """A load's value, where it has as many entries as it acts in directions."""
+    wanted = 1 if load.kind == "pressure" else components
+    given = len(load.value) if isinstance(load.value, list) else 1
+    if not callable(load.value) and given != wanted:
+        raise ValueError(f"body {table.name!r}: {load.kind} load: value = {load.value!r}: must have {wanted} entries")
+    return load.value
 
 
 def _component(table: BodyTable, name: str | None, components: int) -> int | None:

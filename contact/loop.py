@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,9 +68,7 @@ def march(system: System, scene: Scene, sink: Sink, first: int = 0, start: Float
             now, substeps, start = t, substeps + 1, result.lam
             passes, iterations = passes + result.passes, iterations + result.iterations
             dt = min(2 * dt, size)
-        total = StepResult(
-            result.lam, result.gap, result.linearisation, result.certificate, passes, iterations, result.details
-        )
+        total = replace(result, passes=passes, iterations=iterations)
         sink(AcceptedStep(number, target, size, substeps, total, True, system.clock.lap()))
 
 
@@ -80,5 +78,5 @@ def _unfinished(system: System, number: int, t: float, dt: float, substeps: int)
     lam = np.zeros(len(contacts.offset))
     gap = np.concatenate([np.empty(0), *[pair.gaps() for pair in system.pairs]])
     certificate = certify(system, contacts, lam, gap)
-    result = StepResult(lam, gap, contacts, certificate, 0, 0, {})
+    result = StepResult(lam, gap, contacts, system.problem(contacts), certificate, 0, 0, {})
     return AcceptedStep(number, t, dt, substeps, result, False, system.clock.lap())

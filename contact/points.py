@@ -70,7 +70,7 @@ class ContactPoints:
         return total.reshape(self.count, *g.shape[1:])
 
     def matrix(self, normals: Floats) -> sp.csr_array:
-        """H with δ = H u + const for unit normals at the points (q, D): columns of owned unknowns, (c, owned). Collective.
+        """H with δ = H u + const for unit normals at the points (q, D): the owned columns, (c, owned). Collective.
 
         Points at the border of a rank reach unknowns of its neighbours; PETSc sends those entries to their owners.
         """

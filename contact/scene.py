@@ -358,9 +358,8 @@ def first_error(error: ValidationError) -> str:
     parts = [str(part) if isinstance(part, str) else part for part in found["loc"]]
     branch = {i + 1 for i, part in enumerate(parts) if isinstance(part, str) and part.startswith("tagged-union")}
     branch |= {i + 1 for i, part in enumerate(parts) if part in ("mesh", "material")}
-    steps = [
-        p for i, p in enumerate(parts) if i not in branch and not (isinstance(p, str) and p.startswith("tagged-union"))
-    ]
+    branch |= {i - 1 for i in branch if str(parts[i - 1]).startswith("tagged-union")}
+    steps = [p for i, p in enumerate(parts) if i not in branch]
     key = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in steps).lstrip(".")
     message = found["msg"].removeprefix("Value error, ").strip()
     if found["type"] == "extra_forbidden":

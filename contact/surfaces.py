@@ -68,7 +68,7 @@ class Sphere:
         return self.sign * (_radius(self._offset(x)) - self.radius)
 
     def gradient(self, x: Floats) -> Floats:
-        """±(x − c)/|x − c|; at the centre, from where every point of the surface is closest, one unit vector of them."""
+        """±(x − c)/|x − c|; at the centre, where every direction would do, one of them."""
         d = self._offset(x)
         d[_radius(d) == 0, 0] = 1.0
         gradient: Floats = self.sign * (d / _radius(d)[:, None]) @ self.across.T

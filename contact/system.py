@@ -38,8 +38,12 @@ class BodyMatrices:
     """`Primal` of the deformable bodies; H becomes a PETSc matrix only when a method asks for it."""
 
     def __init__(self, H: dict[Body, sp.csr_array]) -> None:
-        self.A = [body.A for body in H]
         self._columns = H
+
+    @property
+    def A(self) -> list[Any]:
+        """A_b."""
+        return [body.A for body in self._columns]
 
     @cached_property
     def H(self) -> list[Any]:

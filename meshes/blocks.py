@@ -112,10 +112,10 @@ def domed_block(
     structured: bool = False,
     grading: PerAxis[Grading] | None = None,
 ) -> Mesh:
-    """A rectangle or cuboid from the origin whose top is the paraboloid of radius `radius` [m] at its pole above the origin.
+    """A rectangle or cuboid from the origin; its top is a paraboloid of radius of curvature `radius` [m] at its pole.
 
-    Its last coordinate is that of a box times 1 − r²/(2 radius·height), r from the axis. Tags and the other parameters are
-    those of `box`.
+    Its last coordinate is that of a box times 1 − r²/(2 radius·height), r from the axis. Tags and the other parameters
+    are those of `box`.
     """
     radius = positive("radius", radius)
     flat = box(size, h, n, order, None, refine, structured, grading)

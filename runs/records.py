@@ -22,6 +22,6 @@ def command(arguments: argparse.Namespace) -> int:
         return 0
     from contact.record import compare
 
-    difference = compare(*arguments.records, tolerance=arguments.tolerance)
+    difference = compare(arguments.records[0], arguments.records[1], arguments.tolerance)
     print(difference or "equal")
     return 0 if difference is None else 1

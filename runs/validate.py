@@ -138,7 +138,8 @@ def text_of(report: dict[str, Any]) -> str:
     c = report["certificate"]
     lines = [
         f"{head}  {report['dofs']} unknowns, {report['contacts']} contacts, {report['iterations']} iterations, "
-        f"{report['time']['total']:.2f} s; complementarity {c['complementarity']:.0e}, equilibrium {c['equilibrium']:.0e}"
+        f"{report['time']['total']:.2f} s; "
+        f"complementarity {c['complementarity']:.0e}, equilibrium {c['equilibrium']:.0e}"
     ]
     for name, q in report["quantities"].items():
         verdict = "ok" if q["passed"] else "OUTSIDE"

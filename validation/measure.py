@@ -44,7 +44,7 @@ def nodal_error(body: Body, exact: Callable[[Floats], Floats]) -> float:
 
 
 def trace_moments(body: Body, tag: str, places: Floats, powers: int) -> Floats:
-    """∫ N_i x^{2m} ds of the nodes at `places` on the facets `tag`, m < powers, (c, powers); x from the first axis. Collective."""
+    """∫ N_i x^{2m} ds of the nodes at `places` on the facets `tag`, m < powers, (c, powers). Collective."""
     piece, facets = body.space.piece, body.facets(tag)
     mapped = map_facets(piece.points, facets, DEGREE, body.model.axisymmetric)
     nodes = np.unique(facets)
@@ -60,10 +60,10 @@ def trace_moments(body: Body, tag: str, places: Floats, powers: int) -> Floats:
 
 
 def pressure_at_pole(body: Body, tag: str, places: Floats, lam: Floats, window: float, powers: int = 3) -> float:
-    """p(0) of the even polynomial p(x) with ∫ N_i p ds = λ_i in the least-squares sense for the nodes |x| < `window`. Collective.
+    """p(0) of the even polynomial with ∫ N_i p ds = λ_i in the least-squares sense for the nodes |x| < `window`.
 
-    The consistent way back from nodal forces to a pressure: forces of second-order elements alternate from node to node,
-    the pressure behind them does not.
+    The consistent way back from nodal forces to a pressure: forces of second-order elements alternate from node to
+    node, the pressure behind them does not. Collective.
     """
     moments = trace_moments(body, tag, places, powers)
     inside = (np.abs(places[:, 0]) < window) & (moments[:, 0] > 1e-9 * moments[:, 0].max())

@@ -57,8 +57,13 @@ class Primal(Protocol):
     so that W = Σ_b H[b] A[b]⁻¹ H[b]ᵀ. The methods `kkt` and `vi-primal` need it.
     """
 
-    A: list[Any]
-    H: list[Any]
+    @property
+    def A(self) -> list[Any]:
+        """A_b, (n_b, n_b)."""
+
+    @property
+    def H(self) -> list[Any]:
+        """H_b, (c, n_b)."""
 
 
 @dataclass(frozen=True)

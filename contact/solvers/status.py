@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import lapack
+from scipy.linalg import cho_solve
 
 from contact.solvers.certificate import length, scaled
 from contact.solvers.columns import FormedColumns, extend
@@ -153,7 +153,7 @@ class _BlockSteps:
         self.factorise(p, np.concatenate([self.rows[:p], tail[np.argsort(-self.lam[tail])], entering]))
         self.lam, self.delta = np.zeros_like(self.q), self.q
         for _ in range(REFINEMENTS):
-            self.lam[self.rows] -= lapack.dpotrs(self.L, self.delta[self.rows], lower=1)[0]
+            self.lam[self.rows] -= cho_solve((self.L, True), self.delta[self.rows], check_finite=False)
             self.delta = self.q + self.columns.product(self.lam)
             self.iterations += 1
             left = np.abs(self.delta[self.rows]).max(initial=0.0)

@@ -1,4 +1,4 @@
-"""The catalogue: one file a family, one function a case. Importing this package enters them into `validation.case.CASES`."""
+"""The catalogue: one file a family, one function a case; imported, they stand in `validation.case.CASES`."""
 
 from validation.cases import axisymmetric, bars, cylinders, half_plane, layers, membranes
 

@@ -115,15 +115,14 @@ def punch_cone(run: Run) -> list[Quantity]:
 
 @case("punch-flat", {"E": 1.0, "nu": 0.3, "a": 0.3, "delta": 0.05, "constraint": "nodal"}, levels=(1 / 80,))
 def punch_flat(run: Run) -> list[Quantity]:
-    """A flat-ended cylinder of radius a pressed in by δ: force; the pressure is singular at the rim, where the mesh is graded."""
+    """A flat-ended cylinder of radius a pressed in by δ: force; the mesh is graded to the singular rim."""
     a, delta = run["a"], run["delta"]
     exact = FlatPunch(**run.values("E", "nu", "a", "delta"))
-    never = np.full
 
     def height(r: Floats) -> Floats:
         return np.where(r[:, 0] <= a * (1 + 1e-12), 0.0, -1.0)
 
-    punch = Graph([0.0, delta], height, np.zeros_like, lambda x, y: never(len(x), np.inf))
+    punch = Graph(np.array([0.0, delta]), height, np.zeros_like, lambda x, y: np.full(len(x), np.inf))
     n = max(2, round(1 / run.h))
     inner = round(n / 2) / n
 
@@ -132,7 +131,8 @@ def punch_flat(run: Run) -> list[Quantity]:
         s = np.asarray(s)
         below = a * (1 - (1 - np.minimum(s / inner, 1)) ** 3)
         above = a + (1 - a) * (np.maximum(s - inner, 0) / (1 - inner)) ** 3
-        return np.where(s <= inner, below, above)
+        mapped: Floats = np.where(s <= inner, below, above)
+        return mapped
 
     solved = run.solve(**_section(run, exact, punch, [towards_rim, lambda s: np.asarray(s) ** 3]))
     return [Quantity("force", solved.forces().sum(), exact.P, 1e-3)]

@@ -20,7 +20,7 @@ def _elastic(run: Run) -> dict[str, object]:
 
 
 def _half_model(run: Run, exact: HalfPlane, surface: dict[str, object]) -> dict[str, object]:
-    """The unit box 0 ≤ x, y ≤ 1, symmetric about x = 0, pressed on the obstacle below by the exact motion of its sides."""
+    """The unit box, symmetric about x = 0, pressed on the obstacle below by the exact motion of its sides."""
 
     def field(x: Floats, t: float) -> Floats:
         return exact.displacement(x)

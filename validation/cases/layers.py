@@ -19,7 +19,7 @@ Floats = NDArray[np.float64]
     levels=(1 / 40,),
 )
 def layer(run: Run) -> list[Quantity]:
-    """A layer of thickness H pressed by a parabola, by half-width `a` or, where given, by approach `delta`; E = 0 is 1 − ν²."""
+    """A layer pressed by a parabola to half-width `a` or, where given, by approach `delta`; E = 0 is 1 − ν²."""
     E = run["E"] or 1 - run["nu"] ** 2
     known = {"E": E, **run.values("nu", "R", "H", "base")}
     exact = Layer.from_delta(**known, delta=run["delta"]) if run["delta"] else Layer(**known, a=run["a"])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from validation.case import Quantity, Run, case
+from validation.case import Quantity, Run, Solved, case
 from validation.exact.membranes import MembraneBall, MembraneDisc, String
 from validation.measure import nodal_error
 
@@ -48,6 +48,11 @@ def membrane_ball(run: Run) -> list[Quantity]:
         Quantity("max_error", nodal_error(solved.system.bodies[0], exact.displacement), 0.0, 1e-4 * fine),
         Quantity("force", solved.forces().sum(), exact.force, 2e-2),
     ]
+
+
+def _max_error(solved: Solved, exact: MembraneDisc) -> float:
+    """The largest error at the nodes; the exact solution counts downwards."""
+    return nodal_error(solved.system.bodies[0], lambda x: -exact.displacement(x))
 
 
 @case("membrane-disc", {"R": 1.0, "f": 1.0, "d": 0.1}, levels=(1 / 24,), orders=(1,))
