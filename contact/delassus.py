@@ -75,7 +75,7 @@ class CompliantDelassus:
             block = max(1, BLOCK_BYTES // (8 * max(body.space.size, 1)))
             for start in range(0, len(mine), block):
                 part = slice(start, start + block)
-                X = body.solve(H[mine[part]].toarray().T)
+                X = body.solve_rows(H[mine[part]])
                 W[:, where[part]] += comm.allreduce(H @ X)
         return W
 

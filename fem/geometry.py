@@ -62,13 +62,28 @@ def map_cells(points: Floats, cells: Ints, degree: int, axisymmetric: bool = Fal
     x = points[cells]
     reference = shape_gradient(xi, order)
     J = np.einsum("qai,maj->mqij", reference, x, optimize=True)
-    gradients = np.matmul(reference[None], np.linalg.inv(J).swapaxes(2, 3))
+    inverse, determinant = _inverse(J)
+    gradients = np.matmul(reference[None], inverse.swapaxes(2, 3))
     values = shape(xi, order)
     at = np.matmul(values, x)
-    weights = w * np.linalg.det(J)
+    weights = w * determinant
     if axisymmetric:
         weights = weights * 2 * np.pi * at[:, :, 0]
     return MappedCells(weights, values, gradients, at)
+
+
+def _inverse(J: Floats) -> tuple[Floats, Floats]:
+    """J⁻¹ and |J| of many small matrices by cofactors, several times faster than one LAPACK call for each."""
+    d = J.shape[-1]
+    if d == 1:
+        return 1 / J, J[..., 0, 0]
+    if d == 2:
+        cofactors = np.stack([J[..., ::-1, 1] * [1.0, -1.0], J[..., ::-1, 0] * [-1.0, 1.0]], axis=-2)
+    else:
+        a, b, c = J[..., 0, :], J[..., 1, :], J[..., 2, :]
+        cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=-1)
+    determinant = np.einsum("...i,...i->...", J[..., 0, :], cofactors[..., :, 0])
+    return cofactors / determinant[..., None, None], determinant
 
 
 def map_facets(points: Floats, facets: Ints, degree: int, axisymmetric: bool = False) -> MappedFacets:

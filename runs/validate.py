@@ -10,9 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from mpi4py import MPI
+from pydantic import ValidationError
 from tqdm import tqdm
 
 import validation.cases  # noqa: F401  enters the cases into the catalogue
+from contact.scene import first_error
 from contact.solvers.problem import ContactNotConvergedError, InfeasibleError
 from validation.case import CASES, Case, Parameter, Quantity, Run, fitted_rate, quantity_entry
 
@@ -41,11 +43,11 @@ def command(arguments: argparse.Namespace) -> int:
         reports.append(report)
         if comm.rank == 0:
             bar.clear()
-            print(json.dumps(report) if arguments.json else text_of(report), flush=True)
+            print(_json(report) if arguments.json else text_of(report), flush=True)
     if arguments.output and comm.rank == 0:
         folder = Path(arguments.output)
         folder.mkdir(parents=True, exist_ok=True)
-        (folder / "validate.jsonl").write_text("".join(json.dumps(r) + "\n" for r in reports), encoding="utf8")
+        (folder / "validate.jsonl").write_text("".join(_json(r) + "\n" for r in reports), encoding="utf8")
     if any("error" in r for r in reports):
         return 3
     failed = [r["case"] for r in reports if not r["passed"]]
@@ -90,6 +92,8 @@ def solve(run: Run) -> dict[str, Any]:
             "error": f"{type(error).__name__}: {error}",
             "passed": False,
         }
+    except ValidationError as error:
+        raise ValueError(f"{run.case.name}: {first_error(error)}") from None
     except ValueError as error:
         raise ValueError(f"{run.case.name}: {str(error).removeprefix(f'{run.case.name}: ')}") from None
     finally:
@@ -128,6 +132,11 @@ def _list(names: list[str], comm: Any) -> None:
         print(
             "   ", " ".join(f"{k}={v:.6g}" if isinstance(v, float) else f"{k}={v}" for k, v in case.parameters.items())
         )
+
+
+def _json(report: dict[str, Any]) -> str:
+    """A report on one line, numpy's scalars as plain ones."""
+    return json.dumps(report, default=lambda value: value.item())
 
 
 def text_of(report: dict[str, Any]) -> str:

@@ -94,6 +94,7 @@ def ratio_tested(
     """
     c, n, enter, newest = len(q), state[0], state[1], -1
     reach = max(0.0, -q.min())
+    scale = reach
     while True:
         refined = 0
         while enter < 0:
@@ -183,7 +184,11 @@ def ratio_tested(
                 if pull < -1e-10 * weight and lam[row] < -alpha * null[i]:
                     alpha, k = -lam[row] / null[i], i
             if k < 0:
-                if -delta[enter] > 1e-11 * size:
+                # To satisfy the row the bodies need the energy δ²/2d, d the pivot: infeasible where that exceeds ℓ²/2W
+                # for the largest d that rounding allows, or where no more than a pair of rows is opposed.
+                largest = max(square, 0.0) + noise * weight * weight
+                proven = delta[enter] ** 2 * diagonal > scale**2 * largest or weight**2 <= 9 * diagonal
+                if proven and -delta[enter] > 1e-11 * size:
                     state[0], state[1] = n, enter
                     return INFEASIBLE
                 break

@@ -9,6 +9,7 @@ from contact_examples import box, on_floor, prepared
 from contact.certificate import Certificate, Tolerances, certify
 from contact.step import StepResult, step
 from contact.system import System
+from fem.elasticity import State
 
 
 @pytest.fixture(scope="module")
@@ -160,4 +161,18 @@ def test_exact_grazing(nudge: float) -> None:
     assert result.certificate.within(Tolerances())
     assert np.all(result.lam <= 1e-12)
     assert system.bodies[0].u.max() == pytest.approx(g, rel=1e-12)
+    system.close()
+
+
+@pytest.mark.parametrize(("state", "gap"), [("plane-strain", 0.0), ("plane-strain", 0.2), ("3d", 0.0)])
+def test_unloading(state: State, gap: float) -> None:
+    """After a load is taken away only round-off is left, and it passes; so does the next load, however small."""
+    mesh = box(3 if state == "3d" else 2)
+    sides = [{"tag": "left", "component": "x"}, *([{"tag": "front", "component": "y"}] if mesh.dim == 3 else [])]
+    floor = {"kind": "plane", "point": [0.0] * (mesh.dim - 1) + [-gap], "normal": [0.0] * (mesh.dim - 1) + [1.0]}
+    load = {"kind": "pressure", "tag": "top", "value": "0.1*t"}
+    system = on_floor(mesh, state, [load], sides, surface=floor)
+    for t in (1.0, 0.0, 0.5, 0.0, 1e-9, 1e-5, 0.0):
+        result = step(system, t)
+        assert result.lam.sum() == pytest.approx(0.1 * t, rel=1e-9, abs=1e-15)
     system.close()
