@@ -36,8 +36,9 @@ def command(arguments: argparse.Namespace) -> int:
     for run in bar:
         bar.set_description(run.case.name)
         report = solve(run)
-        history = [r for r in reports if r["case"] == report["case"]]
-        last = run is runs[-1] or runs[runs.index(run) + 1].case is not run.case
+        history = [r for r in reports if (r["case"], r["parameters"]) == (report["case"], report["parameters"])]
+        following = runs[runs.index(run) + 1] if run is not runs[-1] else None
+        last = following is None or (following.case, following.parameters) != (run.case, run.parameters)
         if last and "error" not in report:
             _add_rates(run, [*history, report])
         reports.append(report)
@@ -60,22 +61,23 @@ def command(arguments: argparse.Namespace) -> int:
 
 def plan(case: Case, comm: Any, changes: dict[str, Parameter], arguments: argparse.Namespace) -> list[Run]:
     """The runs of a case: its default levels, or the one that the arguments ask for."""
-    parameters = case.configure(changes)
     order = arguments.order or case.orders[-1]
     if order not in case.orders:
         raise ValueError(f"{case.name}: order = {order}: must be one of {', '.join(map(str, case.orders))}")
-    levels = list(case.levels) or [1.0]
-    if arguments.h is not None:
-        if not (0 < arguments.h < math.inf):
-            raise ValueError(f"--h {arguments.h}: must be a positive number")
-        levels = [arguments.h]
-    if arguments.n is not None:
-        if case.n_to_h is None or arguments.n < 3:
-            raise ValueError(
-                f"--n {arguments.n}: must be at least 3, for a case on a grid of points ({case.name} takes --h)"
-            )
-        levels = [case.n_to_h(arguments.n)]
-    return [Run(case, comm, parameters, h, order, arguments.method or case.method) for h in levels]
+    if arguments.h is not None and not 0 < arguments.h < math.inf:
+        raise ValueError(f"--h {arguments.h}: must be a positive number")
+    if arguments.n is not None and (case.n_to_h is None or arguments.n < 3):
+        raise ValueError(f"--n {arguments.n}: must be at least 3, and {case.name} on a grid of points; else use --h")
+    method, runs = arguments.method or case.method, []
+    for variant in [changes] if changes else case.variants:
+        parameters = case.configure(variant)
+        sizes = case.sizes(parameters)
+        if arguments.h is not None:
+            sizes = (arguments.h,)
+        elif arguments.n is not None and case.n_to_h is not None:
+            sizes = (case.n_to_h(arguments.n),)
+        runs.extend(Run(case, comm, parameters, h, order, method) for h in sizes)
+    return runs
 
 
 def solve(run: Run) -> dict[str, Any]:
@@ -141,7 +143,9 @@ def _json(report: dict[str, Any]) -> str:
 
 def text_of(report: dict[str, Any]) -> str:
     """A report for people."""
-    head = f"{report['case']}  h={report['h']:.4g}  order={report['order']}  {report['method']}"
+    case = CASES[report["case"]]
+    changed = "".join(f" {k}={v}" for k, v in report["parameters"].items() if v != case.parameters[k])
+    head = f"{report['case']}{changed}  h={report['h']:.4g}  order={report['order']}  {report['method']}"
     if "error" in report:
         return f"{head}  {report['error']}"
     c = report["certificate"]

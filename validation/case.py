@@ -47,14 +47,16 @@ class Case:
     """A case: `solve`(run) builds a scene, solves it through the run and returns the quantities.
 
     parameters : the symbols of the catalogue with their default values, and words such as ``constraint``
-    levels : default mesh sizes h [m], coarse to fine; empty where there is no mesh to choose
+    levels : default mesh sizes h [m], coarse to fine, or a function of the parameters; empty where no mesh is to choose
+    variants : changes of the parameters that a run without any goes through
     rates : for quantities whose convergence is claimed over the levels, by order of the elements: (rate, tolerance)
     """
 
     name: str
     solve: Callable[[Run], list[Quantity]]
     parameters: dict[str, Parameter]
-    levels: tuple[float, ...] = ()
+    levels: tuple[float, ...] | Callable[[dict[str, Parameter]], tuple[float, ...]] = ()
+    variants: tuple[dict[str, Parameter], ...] = ({},)
     orders: tuple[int, ...] = (2,)
     rates: dict[str, dict[int, tuple[float, float]]] = field(default_factory=dict)
     n_to_h: Callable[[int], float] | None = None
@@ -64,6 +66,11 @@ class Case:
     def summary(self) -> str:
         """The first line of the case's docstring."""
         return (self.solve.__doc__ or "").strip().split("\n")[0]
+
+    def sizes(self, parameters: dict[str, Parameter]) -> tuple[float, ...]:
+        """The default mesh sizes for these parameters."""
+        levels = self.levels(parameters) if callable(self.levels) else self.levels
+        return levels or (1.0,)
 
     def configure(self, changes: dict[str, Parameter]) -> dict[str, Parameter]:
         """The parameters after `changes`.

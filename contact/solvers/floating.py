@@ -58,14 +58,14 @@ def solve(method: Method, problem: ContactProblem, start: Floats | None, toleran
     beta = np.zeros(modes.size)
     if compliance and free and load:
         try:
-            _, beta, _ = run.solve(status.solve, None, (rigid, rigid), beta, None)
+            _, beta, _ = run.solve(status.solve, None, (rigid, SOFTEST * rigid), beta, None)
         except (InfeasibleError, ContactNotConvergedError):
             # what does not fit as a rigid body may fit as an elastic one
             beta = np.zeros(modes.size)
     elastic = compliance * columns.size
     # where all gaps are zero and nothing deforms there is no length but that of the augmentation
     run.least = 0.0 if free or compliance else rigid * load
-    softness = (elastic, SOFTEST * elastic) if compliance else (rigid, rigid)
+    softness = (elastic, SOFTEST * elastic) if compliance else (rigid, SOFTEST * rigid)
     lam, beta, iterations = run.solve(method, columns, softness, beta, start)
     return Solution(lam, modes.amplitudes(beta), run.gap(columns, lam, beta), iterations)
 

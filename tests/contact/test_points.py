@@ -3,13 +3,17 @@
 import numpy as np
 import pytest
 from contact_examples import box, on_floor, solid
+from mpi4py import MPI
 
 from contact.pairs import FiniteSliding, SmallSliding
 from contact.points import mortar, nodal
 from contact.step import step
 from contact.surfaces import Plane, Sphere, paraboloid
-from fem.body import Load
+from fem.body import Body, Load
 from fem.elasticity import State
+from fem.scalar import Laplacian
+from fem.space import Space
+from meshes.generators import generate
 
 CHOICES = [
     ("plane-strain", 1, nodal),
@@ -123,6 +127,25 @@ def test_uniform_pressure_is_transmitted(state: State, order: int, constraint: t
     assert result.certificate.complementarity < 1e-10
     assert result.certificate.equilibrium < 1e-10
     system.close()
+
+
+@pytest.mark.parametrize(("dim", "order"), [(1, 1), (1, 2), (2, 1), (2, 2)])
+def test_bodies_that_touch_with_their_cells(dim: int, order: int) -> None:
+    """Mortar constraints of strings and membranes: areas, means of x², and the forces of a uniform load."""
+    if dim == 1:
+        mesh = generate("interval", length=1.0, n=4, order=order)
+    else:
+        mesh = box(2, order)
+    frame = np.eye(dim + 1)[-1:]
+    space = Space(MPI.COMM_SELF, mesh, 1)
+    body = Body("flat", space, Laplacian(1.0), loads=[Load("body", 1.7)], frame=frame)
+    points = mortar(body, "surface")
+    assert points.count == len(np.unique(mesh.cells[:, : dim + 1]))
+    assert points.areas.sum() == pytest.approx(1.0, rel=1e-12)
+    assert points.areas @ points.mean(points.positions()[:, 0] ** 2) == pytest.approx(1 / 3, rel=1e-12)
+    body.update(0.0)
+    H = points.matrix(np.repeat(frame, len(points.nodes), axis=0))
+    np.testing.assert_allclose(H.T @ (1.7 * points.areas), body.load, atol=1e-14)
 
 
 def test_second_order_triangles_take_no_nodal_constraints() -> None:

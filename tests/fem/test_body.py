@@ -5,12 +5,15 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from fem_examples import SIDES, Floats, block, solid, solved
+from mpi4py import MPI
 from petsc4py import PETSc
 
 from fem.body import Body, Load, Support
 from fem.elasticity import State
+from fem.scalar import Laplacian
 from fem.space import Space
 from meshes.generators import generate
+from meshes.mesh import Mesh
 
 
 def _resultant(body: Body) -> Floats:
@@ -76,6 +79,36 @@ def test_force_on_points() -> None:
     """A force acts on each node of its tag."""
     body = solid(block(2, 1, n=4), "plane-strain", loads=[Load("force", [1.0, -2.0], "top")])
     np.testing.assert_allclose(_resultant(body), [5.0, -10.0])
+
+
+def test_functions_of_one_number() -> None:
+    """One number per point stands for every component, on however many points; another width is refused."""
+    for n in (1, 3):  # with n = 1 the side has as many nodes as the plane has directions
+        mesh = block(2, 1, n=n)
+        supports = [Support("left", value=lambda x, t: x[:, 1])]
+        body = solid(mesh, "plane-strain", supports, [Load("traction", lambda x, t: x[:, 0], "top")])
+        np.testing.assert_allclose(_resultant(body), [0.5, 0.5])
+        left = body.space.piece.points[:, 0] == 0
+        np.testing.assert_array_equal(body.displacement[left], body.space.piece.points[left][:, [1, 1]])
+    wrong = solid(mesh, "plane-strain", loads=[Load("body", [1.0, 2.0, 3.0])])
+    with pytest.raises(ValueError, match="must give one number or 2"):
+        wrong.update(0.0)
+
+
+def test_pressure_needs_sides() -> None:
+    """Bars and membranes have no sides that a pressure could press."""
+    for dim in (1, 2):
+        mesh = generate("interval", length=1.0, n=2) if dim == 1 else block(2, 1)
+        load = Load("pressure", 1.0, next(iter(mesh.facets)))
+        with pytest.raises(ValueError, match="only a solid has a pressure on its sides"):
+            Body("flat", Space(MPI.COMM_SELF, mesh, 1), Laplacian(1.0), loads=[load], frame=np.eye(dim + 1)[-1:])
+
+
+def test_radii_are_not_negative() -> None:
+    """An axisymmetric body lies on one side of its axis, on which it may have a side."""
+    with pytest.raises(ValueError, match=r"its mesh reaches r = -0\.5: must be r >= 0"):
+        solid(block(2, 1, origin=-0.5), "axisymmetric")
+    solid(block(2, 1), "axisymmetric")
 
 
 # --- supports ---------------------------------------------------------------------------------------------------------
@@ -178,6 +211,23 @@ def test_floating_body_under_balanced_loads(mixed: bool) -> None:
         slopes = np.linalg.lstsq(np.column_stack([x, np.ones(len(x))]), u, rcond=None)[0]
         assert slopes[0, 0] == pytest.approx((1 - 0.3**2) / 2.0, rel=1e-12)
         assert slopes[1, 1] == pytest.approx(-0.3 * 1.3 / 2.0, rel=1e-12)
+
+
+@pytest.mark.parametrize("mixed", [False, True])
+@pytest.mark.parametrize(
+    ("modulus", "length"), [(1e-9, 1.0), (1e9, 1.0), (1.0, 1e-9), (1.0, 1e9), (1e9, 1e-9), (1e-9, 1e9)]
+)
+def test_units(mixed: bool, modulus: float, length: float) -> None:
+    """The same body in other units has the same strains, and its forces are in balance as well."""
+    strains = []
+    for E, L in [(1.0, 1.0), (modulus, length)]:
+        mesh = block(2, 2)
+        scaled = Mesh(L * mesh.points, mesh.cells, mesh.facets)
+        load = Load("traction", [0.1 * E, -0.3 * E], "top")
+        with solved(solid(scaled, "plane-strain", [Support("bottom")], [load], mixed, E, 0.4999)) as body:
+            assert body.imbalance(np.zeros(body.space.owned)) < 1e-12
+            strains.append(body.displacement / L)
+    np.testing.assert_allclose(strains[1], strains[0], atol=1e-11)
 
 
 def test_imbalance() -> None:

@@ -46,7 +46,8 @@ def _section(run: Run, exact: AxisymmetricContact, surface: object, grading: obj
 @case(
     "hertz-point",
     {"E": 1.0, "nu": 0.3, "R": 1.0, "a": 0.3, "model": "axisymmetric", "constraint": "nodal"},
-    levels=(1 / 80,),
+    levels=lambda p: (1 / 40,) if p["model"] == "3d" else (1 / 80,),
+    variants=({}, {"model": "3d"}),
 )
 def hertz_point(run: Run) -> list[Quantity]:
     """Hertz's point contact with a paraboloid, `model` axisymmetric or 3d: force, approach, pressure at the pole."""
@@ -76,10 +77,10 @@ def _hertz_point_3d(run: Run, exact: HertzPoint) -> list[Quantity]:
         return exact.displacement(x)
 
     a = run["a"]
-    refine = {"at": [0.0, 0.0, 0.0], "radius": 1.1 * a, "h": run.h, "growth": 0.5}
+    refine = {"at": [0.0, 0.0, 0.0], "radius": 1.1 * a, "h": run.h, "growth": 0.4}
     body = {
         "name": "body",
-        "mesh": {"shape": "box", "size": [1.0, 1.0, 1.0], "h": max(0.2, run.h), "order": run.order, "refine": refine},
+        "mesh": {"shape": "box", "size": [1.0, 1.0, 1.0], "h": max(0.14, run.h), "order": run.order, "refine": refine},
         "material": {**run.values("E", "nu"), "state": "3d"},
         "supports": [
             {"tag": "left", "component": "x"},

@@ -8,7 +8,12 @@ from validation.case import Quantity, Run, case
 from validation.exact.cylinders import BallShell, Plug
 
 
-@case("plug", {"E": 1.0, "nu": 0.3, "b": 2.0, "c": 3.0, "delta": 0.1, "constraint": "mortar"}, levels=(1 / 8,))
+@case(
+    "plug",
+    {"E": 1.0, "nu": 0.3, "b": 2.0, "c": 3.0, "delta": 0.1, "constraint": "mortar"},
+    levels=(1 / 8,),
+    variants=({}, {"nu": 0.49}, {"nu": 0.4999}),
+)
 def plug(run: Run) -> list[Quantity]:
     """A rigid cylinder oversized by δ in a tube b < r < c, plane strain: pressure, free of locking up to ν = .4999."""
     exact = Plug(**run.values("E", "nu", "b", "c", "delta"))

@@ -106,6 +106,7 @@ def transition(run: Run) -> list[Quantity]:
     {"E": 1.0, "nu": 0.3, "R": 1.0, "a": 0.3, "constraint": "nodal"},
     levels=(1 / 80,),
     orders=(1, 2),
+    variants=({}, {"a": 0.2953}, {"a": 0.3047}),
 )
 def hertz_line(run: Run) -> list[Quantity]:
     """Hertz's line contact with a parabola: force, pressure at the pole, half-width."""

@@ -17,6 +17,7 @@ Floats = NDArray[np.float64]
     "layer",
     {"E": 0.0, "nu": 0.3, "R": 1.0, "H": 1.0, "a": 0.5, "delta": 0.0, "base": "frictionless", "constraint": "nodal"},
     levels=(1 / 40,),
+    variants=({}, {"base": "bonded"}),
 )
 def layer(run: Run) -> list[Quantity]:
     """A layer pressed by a parabola to half-width `a` or, where given, by approach `delta`; E = 0 is 1 − ν²."""
