@@ -1,4 +1,12 @@
-"""Seconds per phase of a step."""
+"""Seconds per phase of a step.
+
+assemble : meshes to matrices and forces, the forces of the certificate included
+factor : A's factorisation, and the two solves with it that every step needs (free and corrective motion)
+detect : gaps, normals, rows of H, the distances of the certificate included
+delassus : solves on columns of Hᵀ
+solve : the contact method itself, on W
+output : writing the record
+"""
 
 from __future__ import annotations
 

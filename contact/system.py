@@ -109,7 +109,7 @@ class System:
         with self.clock("assemble"):
             for body in self.bodies:
                 body.update(t)
-        with self.clock("solve"):
+        with self.clock("factor"):
             for body in self.bodies:
                 body.free_motion()
 
@@ -178,7 +178,8 @@ class System:
 
     def problem(self, lin: Linearisation) -> ContactProblem:
         """The contact problem of linearisation `lin` about the present (free) state. Collective."""
-        q = self._gaps(lin)[lin.rows]
+        with self.clock("detect"):
+            q = self._gaps(lin)[lin.rows]
         primal = BodyMatrices(lin.W.H) if lin.W.H else None
         if lin.G is None:
             return ContactProblem(lin.W, q, primal=primal)
@@ -197,7 +198,7 @@ class System:
         """u ← u + A⁻¹ Hᵀ λ + R α: the corrective motion. Collective."""
         lam = lin.full(solution.lam)
         mode = 0
-        with self.clock("solve"):
+        with self.clock("factor"):
             for body in self.bodies:
                 increment = body.solve((lin.free[body].T @ lam)[:, None])[:, 0]
                 m = body.modes.shape[1]

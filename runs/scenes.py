@@ -35,7 +35,13 @@ def command(arguments: argparse.Namespace, petsc_options: list[str]) -> int:
     # The record keeps what was run: a resumed run must be of the same scene with the same changes.
     text += "".join(f"\n# --set {change}" for change in changes)
     target = Path(arguments.resume or arguments.output or path.with_suffix(".vtkhdf").name)
-    _run(scene, path, text, target, bool(arguments.resume), {"petsc_options": " ".join(petsc_options)})
+    _check_file("-o", target)
+    if arguments.plot:
+        _check_file("--plot", Path(arguments.plot), ".png")
+    try:
+        _run(scene, path.parent, text, target, bool(arguments.resume), {"petsc_options": " ".join(petsc_options)})
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
     if arguments.plot and MPI.COMM_WORLD.rank == 0:
         from runs.plot import plot_record
 
@@ -43,35 +49,36 @@ def command(arguments: argparse.Namespace, petsc_options: list[str]) -> int:
     return 0
 
 
-def _run(scene: Scene, path: Path, text: str, target: Path, resume: bool, run: dict[str, Any]) -> None:
-    """Build, prepare and march; the record begins only when the input has proved good."""
+def _check_file(argument: str, file: Path, suffix: str = "") -> None:
+    """ValueError, before anything is computed, where `file` cannot be written."""
+    if not file.parent.is_dir():
+        raise ValueError(f"{argument} {file}: there is no folder {file.parent}")
+    if file.is_dir() or suffix not in ("", file.suffix):
+        raise ValueError(f"{argument} {file}: must be a file{suffix and f' *{suffix}'}")
+
+
+def _run(scene: Scene, folder: Path, text: str, target: Path, resume: bool, run: dict[str, Any]) -> None:
+    """Build, prepare and march; the record begins with its first step, when the input has proved good."""
     comm = MPI.COMM_WORLD
+    system = build(scene, comm, folder)
     try:
-        system = build(scene, comm, path.parent)
-    except ValueError as error:
-        raise ValueError(f"{path}: {error}") from None
-    try:
-        try:
-            system.prepare()
-        except ValueError as error:
-            raise ValueError(f"{path}: {error}") from None
+        system.prepare()
         gather = Gatherer(system)
         first, start, record = 0, None, None
         if resume:
             first, state = _checkpoint(target, text, comm)
             start = gather.restore(state)
         grid = gather.grid()
-        if comm.rank == 0:
-            assert grid is not None
-            unknowns = sum(body.space.size for body in system.bodies)
-            facts = {**_facts(comm), **run, "unknowns": unknowns, "explain": explain(scene)}
-            record = Record.resume(target) if resume else Record.create(target, grid, text, facts)
+        unknowns = sum(body.space.size for body in system.bodies)
+        facts = {**_facts(comm), **run, "unknowns": unknowns, "explain": explain(scene)}
         bar = tqdm(total=scene.time.steps, initial=first, unit="step", disable=comm.rank > 0 or not sys.stderr.isatty())
 
         def sink(accepted: AcceptedStep) -> None:
+            nonlocal record
             with system.clock("output"):
                 row = gather.step(accepted)
-                if record is not None and row is not None:
+                if grid is not None and row is not None:
+                    record = record or (Record.resume(target) if resume else Record.create(target, grid, text, facts))
                     record.append(row)
             bar.update()
 

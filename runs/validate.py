@@ -31,6 +31,9 @@ def command(arguments: argparse.Namespace) -> int:
         return 0
     changes = dict(_change(text) for text in arguments.changes)
     runs = [run for name in names for run in plan(CASES[name], comm, changes, arguments)]
+    folder = Path(arguments.output) if arguments.output else None
+    if folder:
+        folder.mkdir(parents=True, exist_ok=True)
     reports: list[dict[str, Any]] = []
     bar = tqdm(runs, unit="case", leave=False, disable=comm.rank > 0 or not sys.stderr.isatty())
     for run in bar:
@@ -45,9 +48,7 @@ def command(arguments: argparse.Namespace) -> int:
         if comm.rank == 0:
             bar.clear()
             print(_json(report) if arguments.json else text_of(report), flush=True)
-    if arguments.output and comm.rank == 0:
-        folder = Path(arguments.output)
-        folder.mkdir(parents=True, exist_ok=True)
+    if folder and comm.rank == 0:
         (folder / "validate.jsonl").write_text("".join(_json(r) + "\n" for r in reports), encoding="utf8")
     if any("error" in r for r in reports):
         return 3

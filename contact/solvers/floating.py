@@ -166,11 +166,14 @@ class _Augmented:
         """The larger of the residuals of complementarity and of balance, both relative."""
         gap = self.gap(operator.W, lam, beta)
         balance = np.abs(self.Q.T @ lam + self.load).max(initial=0.0)
-        forces = (np.abs(self.Q).T @ lam + np.abs(self.load)).max(initial=0.0)
+        forces = float((np.abs(self.Q).T @ lam + np.abs(self.load)).max(initial=0.0))
         # a contact that carries must be closed, however stiff its bodies
         error = np.where(lam > 0, np.abs(gap), np.maximum(-gap, 0.0)).max()
         rigid = self.Q @ beta
         ell = max(length(self.q, rigid, gap - self.q - rigid), self.least)
+        if not self.load.any():
+            # nothing to compare λ with: a force is as small as the motion that it would cause
+            forces = max(forces, ell / operator.softness)
         return max(float(error) / ell, float(balance / forces) if balance else 0.0)
 
     def saddle(self, operator: _Operator, lam: Floats, beta: Floats, gap: Floats) -> tuple[Floats, Floats]:

@@ -132,10 +132,7 @@ def test_uniform_pressure_is_transmitted(state: State, order: int, constraint: t
 @pytest.mark.parametrize(("dim", "order"), [(1, 1), (1, 2), (2, 1), (2, 2)])
 def test_bodies_that_touch_with_their_cells(dim: int, order: int) -> None:
     """Mortar constraints of strings and membranes: areas, means of x², and the forces of a uniform load."""
-    if dim == 1:
-        mesh = generate("interval", length=1.0, n=4, order=order)
-    else:
-        mesh = box(2, order)
+    mesh = generate("interval", length=1.0, n=4, order=order) if dim == 1 else box(2, order)
     frame = np.eye(dim + 1)[-1:]
     space = Space(MPI.COMM_SELF, mesh, 1)
     body = Body("flat", space, Laplacian(1.0), loads=[Load("body", 1.7)], frame=frame)

@@ -101,7 +101,6 @@ SCENES: dict[str, tuple[str, list[str]]] = {
     "expression of an unknown name": (changed("-0.01 * t", "-0.01 * tt"), ["body[0].supports[1].value", "tt"]),
     "expression that is no formula": (changed("-0.01 * t", "0.01 *"), ["body[0].supports[1].value", "0.01 *"]),
     "expression that runs code": (changed("-0.01 * t", "__import__('os').getcwd()"), ["body[0].supports[1].value"]),
-    "expression that is infinite": (changed("-0.01 * t", "0.01 / (x - x)"), ["0.01 / (x - x)"]),
     "unknown method": (GOOD + '[solver]\nmethod = "magic"\n', ["solver.method", "'magic'", "'status'"]),
     "negative tolerance": (GOOD + "[solver]\ncomplementarity = -1e-8\n", ["solver.complementarity", "-1e-08"]),
     "load without a tag": (
