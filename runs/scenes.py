@@ -67,7 +67,7 @@ def _run(scene: Scene, folder: Path, text: str, target: Path, resume: bool, run:
         first, start, record = 0, None, None
         if resume:
             first, state = _checkpoint(target, text, comm)
-            start = gather.restore(state)
+            start = gather.restore(state) if first else None
         grid = gather.grid()
         unknowns = sum(body.space.size for body in system.bodies)
         facts = {**_facts(comm), **run, "unknowns": unknowns, "explain": explain(scene)}
@@ -102,9 +102,9 @@ def _checkpoint(target: Path, text: str, comm: Any) -> tuple[int, dict[str, Any]
             with RecordReader(target) as old:
                 if old.scene != text:
                     raise ValueError(f"{target}: is the record of another scene")
-                if not old.steps()["converged"][-1]:
+                if old.count and not old.steps()["converged"][-1]:
                     raise ValueError(f"{target}: its last step did not converge; nothing to go on from")
-                found = (old.count, old.checkpoint(), "")
+                found = (old.count, old.checkpoint() if old.count else None, "")
         except ValueError as error:
             found = (0, None, str(error))
     count, problem = comm.bcast((found[0], found[2]))

@@ -50,13 +50,12 @@ def command(arguments: argparse.Namespace) -> int:
             print(_json(report) if arguments.json else text_of(report), flush=True)
     if folder and comm.rank == 0:
         (folder / "validate.jsonl").write_text("".join(_json(r) + "\n" for r in reports), encoding="utf8")
-    if any("error" in r for r in reports):
-        return 3
     failed = [r["case"] for r in reports if not r["passed"]]
     if comm.rank == 0 and not arguments.json:
-        print(
-            f"{len(reports) - len(failed)} of {len(reports)} passed" + (f"; not: {', '.join(failed)}" if failed else "")
-        )
+        rest = f"; not: {', '.join(failed)}" if failed else ""
+        print(f"{len(reports) - len(failed)} of {len(reports)} passed{rest}")
+    if any("error" in r for r in reports):
+        return 3
     return 1 if failed else 0
 
 
@@ -69,7 +68,8 @@ def plan(case: Case, comm: Any, changes: dict[str, Parameter], arguments: argpar
         raise ValueError(f"--h {arguments.h}: must be a positive number")
     if arguments.n is not None and (case.n_to_h is None or arguments.n < 3):
         raise ValueError(f"--n {arguments.n}: must be at least 3, and {case.name} on a grid of points; else use --h")
-    method, runs = arguments.method or case.method, []
+    method = arguments.method or case.method
+    runs: list[Run] = []
     for variant in [changes] if changes else case.variants:
         parameters = case.configure(variant)
         sizes = case.sizes(parameters)

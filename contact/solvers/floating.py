@@ -63,8 +63,9 @@ def solve(method: Method, problem: ContactProblem, start: Floats | None, toleran
             # what does not fit as a rigid body may fit as an elastic one
             beta = np.zeros(modes.size)
     elastic = compliance * columns.size
-    # where all gaps are zero and nothing deforms there is no length but that of the augmentation
-    run.least = 0.0 if free or compliance else rigid * load
+    # a motion that is rounding of the gaps is no length to measure by; where all gaps are zero and nothing deforms
+    # there is none but that of the augmentation
+    run.least = 1e-12 * free if free or compliance else rigid * load
     softness = (elastic, SOFTEST * elastic) if compliance else (rigid, SOFTEST * rigid)
     lam, beta, iterations = run.solve(method, columns, softness, beta, start)
     return Solution(lam, modes.amplitudes(beta), run.gap(columns, lam, beta), iterations)

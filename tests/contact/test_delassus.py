@@ -1,16 +1,21 @@
 """The Delassus operator: its entries, which columns it solves for, and a size that it refuses."""
 
 import os
+from collections.abc import Callable
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 from contact_examples import box, held, solid
+from numpy.typing import NDArray
 
 from contact.delassus import CompliantDelassus
 from contact.points import nodal
 from fem.body import Body, Support
 
-Floats = np.ndarray
+Floats = NDArray[np.float64]
+Rows = sp.csr_array
+Solve = Callable[[Rows], Floats]
 
 
 @pytest.fixture(scope="module")
@@ -45,17 +50,26 @@ def test_entries(bodies: list[Body]) -> None:
     np.testing.assert_array_equal(operator.diagonal(rows), np.diag(operator.columns(rows)))
 
 
+def test_diagonal_costs_no_solve(bodies: list[Body]) -> None:
+    """Entries whose columns were not formed are infinite."""
+    operator, W = _operator(bodies)
+    assert np.all(np.isinf(operator.diagonal(np.arange(4))))
+    operator.columns(np.array([2]))
+    np.testing.assert_allclose(operator.diagonal(np.array([1, 2])), [np.inf, W[2, 2]], rtol=1e-12)
+    assert operator.solved == 1
+
+
 def test_each_column_is_solved_for_once(bodies: list[Body], monkeypatch: pytest.MonkeyPatch) -> None:
     """Columns are formed for the rows asked for, in their order, repeated or not, and kept."""
     operator, W = _operator(bodies)
     counts = dict.fromkeys(bodies, 0)
     for body in bodies:
 
-        def counting(B: Floats, body: Body = body, solve: object = body.solve) -> Floats:
-            counts[body] += B.shape[1]
-            return solve(B)  # type: ignore[operator, no-any-return]
+        def counting(H: Rows, body: Body = body, solve: Solve = body.solve_rows) -> Floats:
+            counts[body] += H.shape[0]
+            return solve(H)
 
-        monkeypatch.setattr(body, "solve", counting)
+        monkeypatch.setattr(body, "solve_rows", counting)
     for rows, solved in [([2, 0], 2), ([0, 2, 2], 2), ([1, 2], 3), ([], 3), ([3, 2, 1, 0], 4)]:
         found = operator.columns(np.array(rows, dtype=int))
         np.testing.assert_allclose(found, W[:, rows], atol=1e-13 * np.abs(W).max())
@@ -70,8 +84,8 @@ def test_blocks_are_bounded(bodies: list[Body], monkeypatch: pytest.MonkeyPatch)
     operator, W = _operator(bodies)
     monkeypatch.setattr("contact.delassus.BLOCK_BYTES", 1)
     widths = []
-    solve = bodies[0].solve
-    monkeypatch.setattr(bodies[0], "solve", lambda B: widths.append(B.shape[1]) or solve(B))
+    solve = bodies[0].solve_rows
+    monkeypatch.setattr(bodies[0], "solve_rows", lambda H: widths.append(H.shape[0]) or solve(H))
     np.testing.assert_allclose(operator.columns(np.arange(operator.size)), W, atol=1e-13 * np.abs(W).max())
     assert set(widths) == {1}
 
@@ -81,7 +95,7 @@ def test_a_body_that_a_row_does_not_touch_is_not_solved(bodies: list[Body], monk
     operator, _ = _operator(bodies)
     H = {bodies[0]: operator.H[bodies[0]], bodies[1]: operator.H[bodies[1]] * 0}
     H[bodies[1]].eliminate_zeros()
-    monkeypatch.setattr(bodies[1], "solve", lambda B: pytest.fail("solved"))
+    monkeypatch.setattr(bodies[1], "solve_rows", lambda H: pytest.fail("solved"))
     assert CompliantDelassus(H, operator.size).columns(np.array([1])).shape == (operator.size, 1)
 
 

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 from fem_examples import SIDES, Floats, block, solid, solved
 from mpi4py import MPI
 from petsc4py import PETSc
@@ -169,6 +170,17 @@ def test_solve_inverts_the_internal_forces(order: int, mixed: bool) -> None:
             body.u = body.space.local(x)
             np.testing.assert_allclose(np.where(body.fixed, 0, body.internal_forces()), b, atol=1e-11)
         np.testing.assert_allclose(B.T @ X, (B.T @ X).T, atol=1e-11)
+
+
+@pytest.mark.parametrize(("order", "mixed"), [(1, False), (2, True)])
+def test_sparse_right_hand_sides(order: int, mixed: bool) -> None:
+    """A⁻¹ Hᵀ of sparse rows is that of the same rows as dense columns."""
+    with solved(solid(block(2, order), "plane-strain", [Support("bottom")], mixed=mixed)) as body:
+        free = np.flatnonzero(~body.held & (np.arange(body.space.owned) < 2 * body.space.piece.owned))
+        rows = np.repeat(np.arange(4), 3)
+        columns = np.random.default_rng(0).choice(free, 12, replace=False)
+        H = sp.csr_array((np.arange(1.0, 13.0), (rows, columns)), shape=(4, body.space.owned))
+        np.testing.assert_allclose(body.solve_rows(H), body.solve(H.toarray().T), atol=1e-11)
 
 
 def test_factor_is_not_stale() -> None:

@@ -78,7 +78,6 @@ def duplicated(run: Run) -> list[Quantity]:
 def opposed(run: Run) -> list[Quantity]:
     """A bar's end in a slit from g to g + w: u and λ₁ − λ₂ are unique at w = 0 too, the forces bounded."""
     E, A, L, g, w = (run[k] for k in ("E", "A", "L", "g", "w"))
-    exact = Slit(k=E * A / L, F=run["F"], g=g, w=w)
     solved = run.solve(
         body=[
             _bar(
@@ -90,6 +89,7 @@ def opposed(run: Run) -> list[Quantity]:
             _stop(L + g, towards=-1.0, interference=max(0.0, g), name="lower"),
         ],
     )
+    exact = Slit(k=E * A / L, F=run["F"], g=g, w=w)  # after the solution: a slit of negative width has none
     upper, lower = solved.forces(0).sum(), solved.forces(1).sum()
     bound = 10 * (abs(run["F"]) + abs(E * A / L * g))
     return [

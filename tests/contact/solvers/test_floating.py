@@ -119,3 +119,13 @@ def test_random_floating_problems(seed):
     assert np.allclose(solution.gap, F @ (F.T @ solution.lam) + G @ solution.alpha + q, rtol=0, atol=1e-11)
     check(problem, solution, 1e-11)
     assert np.abs(solution.gap[solution.lam > 0]).max(initial=0.0) < 1e-10
+
+
+@pytest.mark.parametrize("method", ON_W)
+def test_rounding_of_the_load_is_no_motion(method):
+    """A V-groove block at rest whose load has a component of 1e-17 across: the gaps' scale decides what counts."""
+    c, s = np.cos(np.pi / 6), np.sin(np.pi / 6)
+    G = np.array([[c, s], [c, s], [-c, s], [-c, s]])
+    q = np.array([0.0, 0.5, 0.0, 0.5])
+    solution = solve(ContactProblem(DenseDelassus(np.zeros((4, 4))), q, G=G, r=np.array([1e-17, -1.0])), method)
+    np.testing.assert_allclose(solution.lam, [1, 0, 1, 0], atol=1e-12)

@@ -224,3 +224,14 @@ def test_certificate_or_truthful_infeasibility(seed, c, rank, kind, lazy):
         assert excess < 1e-7
         if solution.lam.any():
             assert complementarity(W, q, solution.lam) < 1e-10
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_slit_wider_than_its_body_by_a_millionth(seed):
+    # a smooth line between walls on both sides that leave it 1e-6 of freedom: W's condition is beyond 1e16
+    rng = np.random.default_rng(seed)
+    x = np.sort(rng.random(150))
+    j = np.arange(1, 40)
+    F = np.c_[np.ones(150), np.cos(np.pi * np.outer(x, j)) / j**2] * rng.choice([-1.0, 1.0], 150)[:, None]
+    q = F @ rng.standard_normal(40) + 1e-6
+    assert complementarity(F @ F.T, q, solve(dense(F @ F.T, q)).lam) < 1e-9

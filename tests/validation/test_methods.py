@@ -1,0 +1,82 @@
+"""All contact methods find the forces of the status method on the contact problem of every case, or say why not."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+import validation.cases  # noqa: F401  enters the cases into the catalogue
+from contact.solvers import METHODS
+from validation.case import CASES, Run
+
+# Coarse mesh sizes; None is the case's default.
+COARSE: dict[str, float] = {
+    "transition": 1 / 16, "hertz-line": 1 / 20, "hertz-point": 1 / 20, "punch-cone": 1 / 20, "punch-flat": 1 / 20,
+    "punch-wedge": 1 / 20, "layer": 1 / 10, "receding": 1 / 10, "membrane-ball": 1 / 4, "membrane-disc": 1 / 6,
+    "string": 1 / 20, "plug": 1 / 4, "ball-shell": 1 / 8, "bar-stop": 1 / 8, "duplicated": 1 / 8, "opposed": 1 / 8,
+    "two-bars": 1.0, "v-groove": 1.0,
+}  # fmt: skip
+
+# What a method cannot treat: rows of H with several entries, bodies that nothing holds, no matrices at all.
+REFUSED = {
+    ("two-bars", "vi-primal"): "several entries",
+    ("plug", "vi-primal"): "several entries",
+    ("ball-shell", "vi-primal"): "several entries",
+    ("receding", "vi-primal"): "supported bodies",
+    ("v-groove", "vi-primal"): "supported bodies",
+    ("v-groove", "kkt"): "matrices behind W",
+}
+
+
+@pytest.fixture(scope="module", params=sorted(COARSE))
+def run(request: pytest.FixtureRequest) -> Any:
+    """A solved case."""
+    case = CASES[request.param]
+    run = Run(case, MPI.COMM_SELF, case.configure({}), COARSE[case.name], case.orders[-1], "status")
+    case.solve(run)
+    yield run
+    run.close()
+
+
+def test_every_case_is_here() -> None:
+    """A new case joins."""
+    assert set(COARSE) == set(CASES)
+
+
+@pytest.mark.parametrize("method", [name for name in METHODS if name != "status"])
+def test_agreement(run: Run, method: str) -> None:
+    """ΔλᵀWΔλ ≤ (1e-8)² λᵀWλ on the same W, and on bodies that nothing holds the same resultant Gᵀλ."""
+    assert run.solved is not None
+    problem = run.solved.result.problem
+    if reason := REFUSED.get((run.case.name, method)):
+        with pytest.raises(ValueError, match=reason):
+            METHODS[method](problem)
+        return
+    reference, found = METHODS["status"](problem), METHODS[method](problem)
+    W = problem.W.columns(np.arange(problem.W.size))
+    difference = found.lam - reference.lam
+    # Round-off makes a semidefinite form negative by a few units of its terms.
+    assert difference @ W @ difference <= 1e-16 * (reference.lam @ W @ reference.lam)
+    assert (found.lam >= 0).all()
+    assert np.linalg.norm(reference.lam) > 0
+    if problem.G is not None:
+        assert problem.G.T @ difference == pytest.approx(0.0, abs=1e-8 * np.abs(problem.r).max())
+
+
+def test_on_the_displacements() -> None:
+    """Through the whole step, `status` and PETSc's solver on the displacements agree on a membrane to 1e-8."""
+    case = CASES["membrane-ball"]
+    shapes, forces = [], []
+    for method in ("status", "vi-primal"):
+        run = Run(case, MPI.COMM_SELF, case.configure({}), 4 / 32, 1, method)
+        case.solve(run)
+        assert run.solved is not None
+        shapes.append(run.solved.system.bodies[0].u.copy())
+        forces.append(run.solved.forces())
+        run.close()
+    assert np.abs(shapes[0]).max() > 0.5
+    assert shapes[1] == pytest.approx(shapes[0], abs=1e-8)
+    assert forces[1] == pytest.approx(forces[0], abs=1e-8 * forces[0].max())
