@@ -43,19 +43,23 @@ class Certificate:
         return all(value <= limits[name] for name, value in asdict(self).items())
 
 
-def certify(system: System, lin: Linearisation, lam: Floats, free_gaps: Floats) -> Certificate:
+def certify(
+    system: System, lin: Linearisation, lam: Floats, free_gaps: Floats, present: Linearisation | None = None
+) -> Certificate:
     """The certificate of the system's present state with forces `lam` on all constraints. Collective.
 
+    `lin` is the linearisation that was solved, `present` the one about the present state, along whose normals the
+    forces act; it may be left out where constraints do not follow the motion.
     `free_gaps` are δ_f on all constraints. W_ii = 0 (rigid bodies only) is replaced by ℓ / max λ, so that a force on an
     open gap shows there too; where a method never formed W_ii, the whole gap counts.
     """
     size = max((body.size for body in system.bodies), default=1.0)
-    contact_forces = [(body, lin.free[body].T @ lam) for body in system.bodies]
+    contact_forces = [(body, (present or lin).free[body].T @ lam) for body in system.bodies]
     with system.clock("detect"):
         gaps = np.concatenate([np.empty(0), *[pair.gaps() for pair in system.pairs]])
     rows = np.flatnonzero(lin.movable)
     delta, lam, start = gaps[rows], lam[rows], np.minimum(free_gaps[rows], gaps[rows])
-    active = np.flatnonzero(lam > 0)
+    active = np.flatnonzero(lam)  # a force below zero is an error, not an open contact
     length = max(
         float(np.max(-start, initial=0.0)), float(np.max(np.abs(delta - free_gaps[rows])[active], initial=0.0))
     )
@@ -63,7 +67,7 @@ def certify(system: System, lin: Linearisation, lam: Floats, free_gaps: Floats) 
     D = np.zeros(len(rows))
     if active.size:
         W_ii = lin.W.diagonal(np.searchsorted(lin.rows, rows[active]))
-        D[active] = np.maximum(W_ii, length / lam.max())
+        D[active] = np.maximum(W_ii, length / np.abs(lam).max())
     complementarity = float(np.max(np.abs(np.minimum(D * lam, delta)), initial=0.0)) / length
     with system.clock("assemble"):
         equilibrium = max((body.imbalance(forces) for body, forces in contact_forces), default=0.0)

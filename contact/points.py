@@ -125,11 +125,11 @@ def nodal(body: Body, tag: str) -> ContactPoints:
 def mortar(body: Body, tag: str, degree: int = 6) -> ContactPoints:
     """One constraint per vertex of the facets `tag`, gaps integrated by a rule of the given degree. Collective."""
     space, facets = body.space, body.facets(tag)
-    dim = space.dim - 1
+    dim = space.dim if _is_cells(body, facets) else space.dim - 1
     order = order_of(dim, facets.shape[1])
     vertices = facets[:, : dim + 1]
     numbers, mine = _rows(body, vertices)
-    mapped = map_facets(space.piece.points, facets, degree, body.model.axisymmetric)
+    mapped = surface_map(body, facets, degree)
     xi, _ = quadrature(dim, degree)
     psi = shape(xi, 1)
     areas = np.zeros(len(numbers))
@@ -158,9 +158,14 @@ def mortar(body: Body, tag: str, degree: int = 6) -> ContactPoints:
 def surface_map(body: Body, facets: Ints, degree: int = 4) -> MappedFacets | MappedCells:
     """A quadrature rule on facets of a body, or on its cells where it touches with those."""
     X, axisymmetric = body.space.piece.points, body.model.axisymmetric
-    if facets.shape[1] == body.space.piece.cells.shape[1]:
+    if _is_cells(body, facets):
         return map_cells(X, facets, degree, axisymmetric)
     return map_facets(X, facets, degree, axisymmetric)
+
+
+def _is_cells(body: Body, facets: Ints) -> bool:
+    """Whether `facets` are cells: of a body that touches with those."""
+    return bool(facets.shape[1] == body.space.piece.cells.shape[1])
 
 
 def _rows(body: Body, nodes: Ints) -> tuple[Ints, Ints]:

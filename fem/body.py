@@ -99,13 +99,20 @@ class Body:
         self.frame = np.eye(space.dim) if frame is None else np.asarray(frame, dtype=float)
         if len(self.frame) != space.components:
             raise ValueError(f"body {name!r}: frame has {len(self.frame)} directions for {space.components} components")
+        if (space.components != space.dim or space.dim == 1) and any(load.kind == "pressure" for load in self.loads):
+            raise ValueError(f"body {name!r}: kind = 'pressure': only a solid has a pressure on its sides")
+        inmost = space.comm.allreduce(float(space.piece.points[:, 0].min(initial=0.0)), op=min)
+        if model.axisymmetric and inmost < -1e-12 * self.size:
+            raise ValueError(f"body {name!r}: its mesh reaches r = {inmost:.6g}: must be r >= 0 in axisymmetry")
         self.u = np.zeros(len(space.local_dofs))
         self.load = np.zeros(space.owned)
         self._loaded_at: float | None = None
+        self._unit = np.ones(space.owned)  # of each unknown in A
         self.fixed = self._fixed()
         self._R = self.rigid_modes()
         self.modes = floating_modes(space.comm, self._R, self.fixed)
         self.pins = pin(space.comm, self.modes)
+        self._stiffness = 0.0
         self.A: Any = None
         self._ksp: Any = None
 
@@ -168,13 +175,15 @@ class Body:
     def _prescribe(self, t: float) -> None:
         if not self.supports:
             return
-        values, marks = np.zeros_like(self.u), np.zeros_like(self.u)
+        owned = self.owned(self.u)
+        # One support after the other: where two disagree the later one holds, on whichever ranks their facets are.
         for support in self.supports:
+            values, marks = np.zeros_like(self.u), np.zeros_like(self.u)
             nodes, dofs = self._support_dofs(support)
             value = _evaluate(support.value, self.space.piece.points[nodes], t, dofs.shape[1])
             values[dofs], marks[dofs] = value, 1
-        total, count = self.space.sum(values), self.space.sum(marks)
-        owned = np.where(count > 0, total / np.maximum(count, 1), self.owned(self.u))
+            total, count = self.space.sum(values), self.space.sum(marks)
+            owned = np.where(count > 0, total / np.maximum(count, 1), owned)
         self.u = self.space.local(owned)
 
     def _external(self, t: float) -> Floats:
@@ -254,21 +263,31 @@ class Body:
         """‖f_int − f_ext − Hᵀλ‖ of free unknowns / (‖f_int‖ + ‖f_ext‖ + ‖Hᵀλ‖), for contact forces Hᵀλ. Collective."""
         inner = self.internal_forces()
         rest = np.where(self.fixed, 0.0, inner - self.load - contact)
-        return self._ratio(rest, inner, self.load, contact)
+        # Below eps ‖A‖ × size forces are round-off of positions, not to be measured against themselves; the floor stands
+        # so that a residual within the default tolerance 1e-8 is at most that.
+        moved = self.owned(self.u)[: self.space.components * self.space.piece.owned]
+        length = max(self.size, float(np.sqrt(self.space.comm.allreduce(float(moved @ moved)))))
+        forces = (self._unit * f for f in (rest, inner, self.load, contact))
+        return self._ratio(*forces, least=1e-8 * self._stiffness * length)
 
-    def _ratio(self, rest: Floats, *forces: Floats) -> float:
+    def _ratio(self, rest: Floats, *forces: Floats, least: float = 0.0) -> float:
         squares = self.space.comm.allreduce(np.array([v @ v for v in (rest, *forces)]))
         rest_norm, *norms = np.sqrt(squares)
-        return float(rest_norm / sum(norms)) if sum(norms) > 0 else 0.0
+        scale = max(sum(norms), least)
+        return float(rest_norm / scale) if scale > 0 else 0.0
 
     def assemble(self) -> None:
         """Form A: the stiffness matrix with unit rows where displacements are prescribed or pinned."""
         piece = self.space.piece
-        self.A = self.space.sum_matrices(self.model.stiffness(piece.points, piece.cells))
+        K = self.model.stiffness(piece.points, piece.cells)
+        if self.model.mixed:
+            self._scale_pressures(K)
+        self.A = self.space.sum_matrices(K)
         rows = (self.space.first + np.flatnonzero(self.held)).astype(PETSc.IntType)
         diagonal = self.A.getDiagonal()
         scale = diagonal.norm(PETSc.NormType.NORM_INFINITY) or 1.0
         diagonal.destroy()
+        self._stiffness = scale
         self.A.zeroRowsColumns(rows, diag=scale)
         if not self.model.mixed:
             self.A.setOption(PETSc.Mat.Option.SPD, True)
@@ -278,6 +297,16 @@ class Body:
         near.destroy()
         for v in basis:
             v.destroy()
+
+    def _scale_pressures(self, K: Floats) -> None:
+        """Give pressures a unit with which A is the same in all units, and their rows weigh as forces do."""
+        nu = self.space.components * self.space.piece.cells.shape[1]
+        parts = [float(np.abs(K[:, :nu, part]).max(initial=0.0)) for part in (slice(nu), slice(nu, None))]
+        stiffness, coupling = self.space.comm.allreduce(np.array(parts), op=np.maximum)
+        unit = stiffness / coupling
+        K[:, nu:] *= unit
+        K[:, :, nu:] *= unit
+        self._unit[self.space.components * self.space.piece.owned :] = unit
 
     def factor(self) -> None:
         """Set up the KSP for A: a direct factorisation, or what the options ``-free_ksp_…`` ask for."""
@@ -307,21 +336,21 @@ class Body:
         """X = A⁻¹ B for a block of right-hand sides at the owned unknowns, (owned, k). Collective."""
         k = B.shape[1]
         sizes = ((self.space.owned, self.space.size), (PETSc.DECIDE, k))
-        B = np.asfortranarray(np.where(self.held[:, None], 0.0, B))
+        B = np.asfortranarray(np.where(self.held, 0.0, self._unit)[:, None] * B)
         rhs = PETSc.Mat().createDense(sizes, array=B, comm=self.space.comm)
         X = PETSc.Mat().createDense(sizes, comm=self.space.comm)
         X.setUp()
         rhs.assemble()
         try:
             self._ksp.matSolve(rhs, X)
-            result: Floats = np.array(X.getDenseArray(), order="F")
+            result: Floats = np.multiply(X.getDenseArray(), self._unit[:, None], order="F")
         finally:
             rhs.destroy()
             X.destroy()
         return result
 
     def solve_rows(self, H: sp.csr_array) -> Floats:
-        """X = A⁻¹ Hᵀ for sparse rows H that are zero where A does not move, (owned, k). Collective.
+        """X = A⁻¹ Hᵀ for sparse rows H on displacements that A moves, (owned, k). Collective.
 
         MUMPS passes over the branches of the factor that a sparse right-hand side does not reach, which halves its
         time; it takes such right-hand sides from one rank only, so that on several ranks they are dense.
@@ -338,14 +367,23 @@ class Body:
         X.setUp()
         try:
             factor.getFactorMatrix().matSolve(columns, X)
-            result: Floats = np.array(X.getDenseArray(), order="F")
+            result: Floats = np.multiply(X.getDenseArray(), self._unit[:, None], order="F")
         finally:
             for matrix in (columns, rows, X):
                 matrix.destroy()
         return result
 
     def free_motion(self) -> None:
-        """u ← u + A⁻¹ (f_ext − f_int(u)): the motion without contact, up to the rigid modes of a floating body."""
+        """u ← u₀ + A⁻¹ (f_ext − f_int(u₀)): the motion without contact, up to the rigid modes of a floating body.
+
+        u₀ has the present rigid motion and prescribed displacements only: round-off of the last shape would stay.
+        """
+        u, comm = self.owned(self.u), self.space.comm
+        gram, along = (
+            comm.allreduce(self.modes.T @ self.modes),
+            comm.allreduce(self.modes.T @ np.where(self.fixed, 0.0, u)),
+        )
+        self.u = self.space.local(np.where(self.fixed, u, self.modes @ np.linalg.solve(gram, along)))
         self.correct(self.solve(self.residual()[:, None])[:, 0])
 
     def correct(self, increment: Floats) -> None:
@@ -385,6 +423,8 @@ def _orthonormal(basis: list[Any]) -> list[Any]:
 def _evaluate(value: Any, points: Floats, t: float, width: int) -> Floats:
     """`value`(points, t) as an array (points, width)."""
     result = np.asarray(value(points, t) if callable(value) else value, dtype=float)
-    if result.ndim == 1 and len(result) == len(points) and width == 1:
+    if callable(value) and result.ndim == 1:  # one number per point, for every component
         result = result[:, None]
+    if result.ndim and result.shape[-1] not in (1, width):
+        raise ValueError(f"value {value!r}: must give one number or {width}")
     return np.broadcast_to(result, (len(points), width))

@@ -172,7 +172,18 @@ def test_cells_behind_a_strongly_curved_boundary_are_not_inverted(shape):
 
 
 def test_every_shape_is_covered():
-    assert {name.split()[0] for name in SHAPES} | {"interval"} == set(GENERATORS)
+    assert {name.split()[0] for name in SHAPES} | {"interval", "domed-block"} == set(GENERATORS)
+
+
+def test_domed_block():
+    """Its top is z = 1 − r²/16 at every node, its volume 1 − (1/3 + 1/3)/16, its other sides those of the cube."""
+    block = generate("domed-block", size=[1.0, 1.0, 1.0], radius=8.0, n=4, order=2, structured=True)
+    top = block.points[np.unique(block.facet("top"))]
+    np.testing.assert_allclose(top[:, 2], 1 - (top[:, 0] ** 2 + top[:, 1] ** 2) / 16, atol=1e-14)
+    assert volume(block.points, block.cells) == pytest.approx(1 - 2 / 3 / 16, abs=1e-12)
+    assert np.all(block.points[np.unique(block.facet("bottom")), 2] == 0)
+    with pytest.raises(ValueError, match="radius = 0.5"):
+        generate("domed-block", size=[1.0, 1.0], radius=0.5, n=2, structured=True)
 
 
 def sizes(mesh):
@@ -270,7 +281,7 @@ def test_structured_meshes_do_without_gmsh(monkeypatch):
 @pytest.mark.parametrize(
     ("shape", "change", "message"),
     [
-        ("cube", {}, r"shape = 'cube': must be one of interval, box, layer, half-disc"),
+        ("cube", {}, r"shape = 'cube': must be one of interval, box, domed-block, layer, half-disc"),
         ("ring", {"radius": 1}, "radius = 1: unknown, must be one of inner, outer, h, angle, order, refine"),
         ("ring", {"inner": None}, "'ring': inner: missing"),
         ("ring", {"inner": -1.0}, "inner = -1.0: must be a positive number"),

@@ -38,7 +38,7 @@ def test_the_longest_extent_is_cut_first():
     np.testing.assert_array_equal(partition(mesh, 4), (x // 1).astype(int))
 
 
-@pytest.mark.parametrize("parts", [0, 35, 1.0])
+@pytest.mark.parametrize("parts", [0, 1.0])
 def test_refused(parts):
     with pytest.raises(ValueError, match=f"parts = {parts}"):
         partition(interval(1.0, 34), parts)

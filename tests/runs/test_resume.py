@@ -98,16 +98,21 @@ def test_killed(whole: Path, tmp_path: Path) -> None:
         for step in range(reader.count):
             assert len(reader.contact(step)["lambda"]) > 0
     assert main(["run", str(SCENE), "--resume", str(record)]) == DONE
-    assert compare(whole, record, 1e-12) is None
+    # In another process, sums may round otherwise; residuals of the size of round-off are then others too.
+    with RecordReader(whole) as a, RecordReader(record) as b:
+        assert b.count == 6
+        for step in range(6):
+            for one, two in zip((a.contact(step), *a.fields(step)), (b.contact(step), *b.fields(step)), strict=True):
+                for name, values in one.items():
+                    assert two[name] == pytest.approx(values, rel=0, abs=1e-12), (step, name)
+        assert (b.steps()["equilibrium"] <= 1e-8).all()
 
 
-@pytest.mark.parametrize(
-    "change", [["--set", "time.end=2.0"], ["--set", 'contact.0.name="other"'], ["--method", "lemke"]]
-)
-def test_other_changes(change: list[str], part: Path, capfd: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("change", ["--set time.end=2.0", '--set contact.0.name="other"', "--method lemke"])
+def test_other_changes(change: str, part: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """A record goes on with the scene and the changes that began it, or not at all."""
     before = part.read_bytes()
-    assert main(["run", str(SCENE), "--resume", str(part), *change]) == BAD_INPUT
+    assert main(["run", str(SCENE), "--resume", str(part), *change.split()]) == BAD_INPUT
     error = capfd.readouterr().err
     assert error.count("\n") == 1
     assert f"{part}: is the record of another scene" in error

@@ -24,10 +24,9 @@ def _bar(name: str, EA: float, L: float, cells: int, fixed: str, loads: list[dic
 def _end(solved: Solved, body: int = 0, last: bool = True) -> float:
     """The displacement of a bar's end."""
     b = solved.system.bodies[body]
-    x = b.space.piece.points[:, 0]
-    found = (x[-1 if last else 0], b.u[np.argmax(x) if last else np.argmin(x)]) if len(x) else (0.0, 0.0)
-    ends = b.space.comm.allgather((x.max() if last else -x.min(), float(found[1]))) if len(x) else [(0.0, 0.0)]
-    return float(max(ends)[1])
+    x = b.space.piece.points[:, 0] * (1 if last else -1)
+    found = (float(x.max()), float(b.u[np.argmax(x)])) if len(x) else (-np.inf, 0.0)
+    return float(max(b.space.comm.allgather(found))[1])
 
 
 def _stop(at: float, tag: str = "end", towards: float = 1.0, **options: object) -> dict[str, object]:
