@@ -54,13 +54,13 @@ class CompliantDelassus:
         need = self.solved + more
         if need <= self._kept.shape[1]:
             return
-        width = min(max(need, 2 * self._kept.shape[1], 32), self.size)
         limit = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2
         if 8.0 * self.size * need > limit:
             raise ValueError(
                 f"the Delassus operator needs {need} columns of {self.size} rows, {8e-9 * self.size * need:.3g} GB, "
                 f"more than half of this machine's memory ({limit * 1e-9:.3g} GB)"
             )
+        width = min(max(need, 2 * self._kept.shape[1], 32), self.size, int(limit / (8 * self.size)))
         kept = np.empty((self.size, width), order="F")
         kept[:, : self.solved] = self._kept[:, : self.solved]
         self._kept = kept
