@@ -263,8 +263,8 @@ class Body:
         """‖f_int − f_ext − Hᵀλ‖ of free unknowns / (‖f_int‖ + ‖f_ext‖ + ‖Hᵀλ‖), for contact forces Hᵀλ. Collective."""
         inner = self.internal_forces()
         rest = np.where(self.fixed, 0.0, inner - self.load - contact)
-        # Below eps ‖A‖ × size forces are round-off of positions, not to be measured against themselves; the floor stands
-        # so that a residual within the default tolerance 1e-8 is at most that.
+        # Below eps ‖A‖ × size forces are round-off of positions, not to be measured against themselves: with this floor
+        # a residual within the default tolerance of 1e-8 is at most that.
         moved = self.owned(self.u)[: self.space.components * self.space.piece.owned]
         length = max(self.size, float(np.sqrt(self.space.comm.allreduce(float(moved @ moved)))))
         forces = (self._unit * f for f in (rest, inner, self.load, contact))

@@ -126,8 +126,9 @@ class Record:
         self.close()
 
     def _append(self, step: StepData, rows: dict[str, Array], state: dict[str, Array], start: float) -> None:
-        for name in rows.keys() - {CLOCK}:
-            self._columns[name].append(rows[name])
+        for name, values in rows.items():
+            if name != CLOCK:
+                self._columns[name].append(values)
         self._slots[self.count % 2].write(state)
         self._flush()
         output = self._columns["/steps/seconds/output"]

@@ -182,7 +182,7 @@ def test_domed_block():
     np.testing.assert_allclose(top[:, 2], 1 - (top[:, 0] ** 2 + top[:, 1] ** 2) / 16, atol=1e-14)
     assert volume(block.points, block.cells) == pytest.approx(1 - 2 / 3 / 16, abs=1e-12)
     assert np.all(block.points[np.unique(block.facet("bottom")), 2] == 0)
-    with pytest.raises(ValueError, match="radius = 0.5"):
+    with pytest.raises(ValueError, match=r"radius = 0\.5"):
         generate("domed-block", size=[1.0, 1.0], radius=0.5, n=2, structured=True)
 
 
