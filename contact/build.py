@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ from contact.clock import Clock
 from contact.expression import Expression
 from contact.pairs import FiniteSliding, Pair, PointToPoint, SmallSliding
 from contact.points import ContactPoints, mortar, nodal
+from contact.ranks import on_root
 from contact.scene import (
     BodyPointTable,
     BodyTable,
@@ -66,7 +66,7 @@ def build(scene: Scene, comm: Any, folder: Path = Path(), clock: Clock | None = 
 
 
 def _body(table: BodyTable, comm: Any, folder: Path) -> Body:
-    mesh = _on_root(comm, lambda: _mesh(table, folder))
+    mesh = on_root(comm, lambda: _mesh(table, folder))
     dim = comm.bcast(None if mesh is None else mesh.dim)
     material = table.material
     if isinstance(material, Elastic) and dim != (3 if material.state == "3d" else 2):
@@ -108,19 +108,6 @@ def _mesh(table: BodyTable, folder: Path) -> Mesh:
         return generate(source.shape, **(source.model_extra or {}))
     except ValueError as error:
         raise ValueError(f"body {table.name!r}: mesh: {error}") from None
-
-
-def _on_root(comm: Any, make: Callable[[], Mesh]) -> Mesh | None:
-    """`make`() on rank 0; its ValueError or ImportError on every rank."""
-    mesh, error = None, None
-    if comm.rank == 0:
-        try:
-            mesh = make()
-        except (ValueError, ImportError) as problem:
-            error = problem
-    if error := comm.bcast(error):
-        raise error
-    return mesh
 
 
 def _load_value(table: BodyTable, load: LoadTable, components: int) -> Any:

@@ -51,4 +51,6 @@ class Expression:
         known = dict(zip(VARIABLES, points.T, strict=False)) | {"t": t, "pi": np.pi}
         for name in VARIABLES[points.shape[1] : 3]:
             known[name] = 0.0
-        return np.broadcast_to(numexpr.evaluate(self.text, local_dict=known, global_dict={}), len(points)).astype(float)
+        with np.errstate(all="ignore"):  # a body says of a value that is not finite where it stands
+            values = numexpr.evaluate(self.text, local_dict=known, global_dict={})
+        return np.broadcast_to(values, len(points)).astype(float)

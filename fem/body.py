@@ -232,6 +232,9 @@ class Body:
         if self.loads and self._loaded_at != t:
             self.load = self._external(t)
             self._loaded_at = t
+        finite = np.isfinite(self.u).all() and np.isfinite(self.load).all()
+        if not self.space.comm.allreduce(bool(finite), op=min):
+            raise ValueError(f"body {self.name!r}: a support or load is not finite at t = {t:.6g}")
 
     # --- forces and solves ----------------------------------------------------------------------------------------
 

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import argparse
 import sys
+import traceback
 from collections.abc import Sequence
 from importlib.metadata import version
+
+UNKNOWN_TYPE = 86  # PETSc's error for an option that names no solver
 
 DONE, OUTSIDE, BAD_INPUT, NOT_CONVERGED = 0, 1, 2, 3
 
@@ -78,7 +81,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _say(error, BAD_INPUT)
     except RuntimeError as error:
         # The solvers' own errors and PETSc's are RuntimeErrors.
-        return _say(error, NOT_CONVERGED)
+        return _say(error, BAD_INPUT if getattr(error, "ierr", 0) == UNKNOWN_TYPE else NOT_CONVERGED)
+    except Exception:
+        _abort_others()
+        raise
 
 
 def _dispatch(arguments: argparse.Namespace, petsc_options: list[str]) -> int:
@@ -98,11 +104,21 @@ def _dispatch(arguments: argparse.Namespace, petsc_options: list[str]) -> int:
     return scenes.command(arguments, petsc_options)
 
 
+def _abort_others() -> None:
+    """End the other ranks, which would wait for this one for ever."""
+    mpi = sys.modules.get("mpi4py.MPI")
+    if mpi is not None and mpi.COMM_WORLD.size > 1:
+        traceback.print_exc()
+        mpi.COMM_WORLD.Abort(1)
+
+
 def _say(error: Exception, code: int) -> int:
     """One line on standard error, by rank 0."""
     mpi = sys.modules.get("mpi4py.MPI")
     if mpi is None or mpi.COMM_WORLD.rank == 0:
         text = str(error).strip() or type(error).__name__
+        if hasattr(error, "ierr"):  # of PETSc's trace only what went wrong, not where its library was built
+            text = "PETSc: " + text.splitlines()[-1].split("] ", 1)[-1]
         print("signorini:", " ".join(text.split()), file=sys.stderr)
     return code
 

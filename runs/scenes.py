@@ -17,6 +17,7 @@ from contact.build import build
 from contact.explain import explain
 from contact.loop import AcceptedStep, march
 from contact.output import Gatherer
+from contact.ranks import on_root
 from contact.record import Record, RecordReader
 from contact.scene import Scene, read_scene
 
@@ -42,10 +43,10 @@ def command(arguments: argparse.Namespace, petsc_options: list[str]) -> int:
         _run(scene, path.parent, text, target, bool(arguments.resume), {"petsc_options": " ".join(petsc_options)})
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
-    if arguments.plot and MPI.COMM_WORLD.rank == 0:
+    if arguments.plot:
         from runs.plot import plot_record
 
-        plot_record(target, arguments.plot)
+        on_root(MPI.COMM_WORLD, lambda: plot_record(target, arguments.plot))
     return 0
 
 
@@ -64,7 +65,7 @@ def _run(scene: Scene, folder: Path, text: str, target: Path, resume: bool, run:
     try:
         system.prepare()
         gather = Gatherer(system)
-        first, start, record = 0, None, None
+        first, start, record, begun = 0, None, None, False
         if resume:
             first, state = _checkpoint(target, text, comm)
             start = gather.restore(state) if first else None
@@ -73,13 +74,17 @@ def _run(scene: Scene, folder: Path, text: str, target: Path, resume: bool, run:
         facts = {**_facts(comm), **run, "unknowns": unknowns, "explain": explain(scene)}
         bar = tqdm(total=scene.time.steps, initial=first, unit="step", disable=comm.rank > 0 or not sys.stderr.isatty())
 
+        def begin() -> Record:
+            assert grid is not None
+            return Record.resume(target) if resume else Record.create(target, grid, text, facts)
+
         def sink(accepted: AcceptedStep) -> None:
-            nonlocal record
+            nonlocal record, begun
             with system.clock("output"):
                 row = gather.step(accepted)
-                if grid is not None and row is not None:
-                    record = record or (Record.resume(target) if resume else Record.create(target, grid, text, facts))
-                    record.append(row)
+                if not begun:
+                    record, begun = on_root(comm, begin), True
+                on_root(comm, lambda: record.append(row) if record and row else None)
             bar.update()
 
         try:
@@ -96,21 +101,17 @@ def _run(scene: Scene, folder: Path, text: str, target: Path, resume: bool, run:
 
 def _checkpoint(target: Path, text: str, comm: Any) -> tuple[int, dict[str, Any] | None]:
     """The number of finished steps and the state after them (on rank 0); ValueError where the run cannot go on."""
-    found: tuple[int, dict[str, Any] | None, str] = (0, None, "")
-    if comm.rank == 0:
-        try:
-            with RecordReader(target) as old:
-                if old.scene != text:
-                    raise ValueError(f"{target}: is the record of another scene")
-                if old.count and not old.steps()["converged"][-1]:
-                    raise ValueError(f"{target}: its last step did not converge; nothing to go on from")
-                found = (old.count, old.checkpoint() if old.count else None, "")
-        except ValueError as error:
-            found = (0, None, str(error))
-    count, problem = comm.bcast((found[0], found[2]))
-    if problem:
-        raise ValueError(problem)
-    return count, found[1]
+
+    def read() -> tuple[int, dict[str, Any] | None]:
+        with RecordReader(target) as old:
+            if old.scene != text:
+                raise ValueError(f"{target}: is the record of another scene")
+            if old.count and not old.steps()["converged"][-1]:
+                raise ValueError(f"{target}: its last step did not converge; nothing to go on from")
+            return old.count, old.checkpoint() if old.count else None
+
+    count, state = on_root(comm, read) or (0, None)
+    return comm.bcast(count), state
 
 
 def _facts(comm: Any) -> dict[str, Any]:

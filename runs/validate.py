@@ -138,8 +138,15 @@ def _list(names: list[str], comm: Any) -> None:
 
 
 def _json(report: dict[str, Any]) -> str:
-    """A report on one line, numpy's scalars as plain ones."""
-    return json.dumps(report, default=lambda value: value.item())
+    """A report on one line: numpy's scalars as plain ones, and null for what is not a number."""
+    return json.dumps(_plain(report))
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _plain(entry) for key, entry in value.items()}
+    value = value.item() if hasattr(value, "item") else value
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def text_of(report: dict[str, Any]) -> str:

@@ -82,6 +82,8 @@ def contact_width(points: ContactPoints, lam: Floats, terms: int = 2) -> float:
     forces gives accurately; single forces near the edge oscillate.
     """
     x = points.positions()[:, 0]
+    if np.count_nonzero(lam) <= terms + 1:
+        return float("nan")
     M = np.array([lam @ points.mean(x ** (2 * k)) for k in range(terms + 1)])
     M = M / M[0]
     first = 1.0 if points.body.model.axisymmetric else 0.5

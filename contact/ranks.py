@@ -1,0 +1,19 @@
+"""Work of rank 0 whose failure every rank must learn of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+
+def on_root[T](comm: Any, work: Callable[[], T]) -> T | None:
+    """`work`() on rank 0, None elsewhere; its ValueError, ImportError or OSError on every rank. Collective."""
+    result, error = None, None
+    if comm.rank == 0:
+        try:
+            result = work()
+        except (ValueError, ImportError, OSError) as problem:
+            error = problem
+    if error := comm.bcast(error):
+        raise error
+    return result
