@@ -88,9 +88,13 @@ def _body(table: BodyTable, comm: Any, folder: Path) -> Body:
     assert isinstance(material, Tension)
     if dim != (2 if table.kind == "membrane" else 1):
         raise ValueError(f"body {table.name!r}: a {table.kind} does not have a mesh of dimension {dim}")
-    frame = np.eye(1) if table.kind == "bar" else np.eye(dim + 1)[-1:]
-    coefficient = material.EA if table.kind == "bar" else material.T
-    return Body(table.name, Space(comm, mesh, 1), Laplacian(coefficient or 0.0), supports, loads, frame)
+    axial = table.kind in ("bar", "spring")
+    frame = np.eye(1) if axial else np.eye(dim + 1)[-1:]
+    coefficient = material.EA or material.T or 0.0
+    if material.k is not None:
+        # A spring is a bar with EA = k L.
+        coefficient = material.k * comm.bcast(None if mesh is None else float(np.ptp(mesh.points)))
+    return Body(table.name, Space(comm, mesh, 1), Laplacian(coefficient), supports, loads, frame)
 
 
 def _mesh(table: BodyTable, folder: Path) -> Mesh:

@@ -77,9 +77,10 @@ class Elastic(Table):
 
 
 class Tension(Table):
-    """A bar's EA [N], or the tension of a string [N] or membrane [N/m]."""
+    """A bar's EA [N], a spring's stiffness [N/m], or the tension of a string [N] or membrane [N/m]."""
 
     EA: Positive | None = Field(None, description="axial stiffness of a bar [N]")
+    k: Positive | None = Field(None, description="stiffness of a spring between the ends of its mesh [N/m]")
     T: Positive | None = Field(None, description="tension of a string [N] or membrane [N/m]")
 
 
@@ -92,7 +93,7 @@ def _mesh_kind(value: Any) -> str:
 
 def _material_kind(value: Any) -> str:
     """Which model a material's table follows."""
-    tension = isinstance(value, Tension) or (isinstance(value, dict) and {"EA", "T"} & set(value))
+    tension = isinstance(value, Tension) or (isinstance(value, dict) and {"EA", "k", "T"} & set(value))
     return "tension" if tension else "elastic"
 
 
@@ -140,7 +141,7 @@ class BodyTable(Table):
     """A body: its mesh, material, supports and loads."""
 
     name: Name
-    kind: Literal["solid", "bar", "string", "membrane", "rigid"] = "solid"
+    kind: Literal["solid", "bar", "spring", "string", "membrane", "rigid"] = "solid"
     mesh: MeshSource = Field(description="a generator's `shape` and parameters, or a `file`")
     material: Material | None = None
     guided: bool = Field(False, description="a rigid body that does not rotate")
@@ -149,12 +150,14 @@ class BodyTable(Table):
 
     @model_validator(mode="after")
     def _consistent(self) -> BodyTable:
-        wanted: dict[str, type] = {"solid": Elastic, "rigid": type(None)}
-        if not isinstance(self.material, wanted.get(self.kind, Tension)):
-            need = {"solid": "E, nu and state", "bar": "EA", "rigid": "nothing"}.get(self.kind, "T")
-            raise ValueError(f"material: a {self.kind} takes {need}")
-        if isinstance(self.material, Tension) and (self.material.EA is None) == (self.kind == "bar"):
-            raise ValueError(f"material: a {self.kind} takes {'EA' if self.kind == 'bar' else 'T'}")
+        needs = {"solid": ("E, nu and state",), "bar": ("EA",), "spring": ("k",), "rigid": ()}.get(self.kind, ("T",))
+        given: tuple[str, ...] = ()
+        if isinstance(self.material, Elastic):
+            given = ("E, nu and state",)
+        elif isinstance(self.material, Tension):
+            given = tuple(key for key in ("EA", "k", "T") if getattr(self.material, key) is not None)
+        if given != needs:
+            raise ValueError(f"material: a {self.kind} takes {' '.join(needs) or 'none'}")
         if self.guided and self.kind != "rigid":
             raise ValueError(f"guided = true: only a rigid body is guided, not a {self.kind}")
         return self

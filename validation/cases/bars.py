@@ -21,6 +21,11 @@ def _bar(name: str, EA: float, L: float, cells: int, fixed: str, loads: list[dic
     }
 
 
+def _spring(k: float) -> dict[str, object]:
+    """What a spring has in place of a bar's entries."""
+    return {"kind": "spring", "material": {"k": k}}
+
+
 def _end(solved: Solved, body: int = 0, last: bool = True) -> float:
     """The displacement of a bar's end."""
     b = solved.system.bodies[body]
@@ -105,8 +110,8 @@ def two_bars(run: Run) -> list[Quantity]:
     exact = TwoBars(k1=k1, k2=k2, F=F, g=g)
     solved = run.solve(
         body=[
-            _bar("left", k1, 1.0, 1, "start", [{"kind": "force", "tag": "end", "value": F}]),
-            _bar("right", k2, 1.0, 1, "end", [], origin=1.0 + g),
+            {**_bar("left", k1, 1.0, 1, "start", [{"kind": "force", "tag": "end", "value": F}]), **_spring(k1)},
+            {**_bar("right", k2, 1.0, 1, "end", [], origin=1.0 + g), **_spring(k2)},
         ],
         contact=[
             {
