@@ -10,7 +10,10 @@ from validation.exact.bars import BarStop, Slit, TwoBars, v_groove
 EXACT = 1e-10
 
 
-def _bar(name: str, EA: float, L: float, cells: int, fixed: str, loads: list[dict[str, object]], origin: float = 0.0):  # type: ignore[no-untyped-def]
+def _bar(
+    name: str, EA: float, L: float, cells: int, fixed: str, loads: list[dict[str, object]], origin: float = 0.0
+) -> dict[str, object]:
+    """A bar's table."""
     return {
         "name": name,
         "kind": "bar",
