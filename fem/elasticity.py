@@ -113,7 +113,9 @@ class Elasticity:
                 K[part, nu:, :nu] = coupling.swapaxes(1, 2)
                 K[part, nu:, nu:] = -np.matmul((w * L).swapaxes(1, 2), L) / self.Lame
             else:
-                K[part, :nu, :nu] += self.Lame * np.matmul((w * d).swapaxes(1, 2), d)
+                # The products of gradients are those of divergences but for the hoop strain.
+                trace_product = np.matmul((w * d).swapaxes(1, 2), d) if self.axisymmetric else T.reshape(size, nu, nu)
+                K[part, :nu, :nu] += self.Lame * trace_product
         return K
 
     def forces(self, points: Floats, cells: Ints, u: Floats) -> Floats:

@@ -83,21 +83,16 @@ class Space:
         """The global matrix of element matrices K (m, n, n), an AIJ with block size `components`. Collective."""
         c, cells = self.components, self.piece.cells
         if self.cell_dofs.shape[1] == c * cells.shape[1]:
-            rows, cols, values = _sum_blocks(K, cells, c)
+            rows, cols, values = _sum_blocks(K, cells, self.node_dofs.astype(PETSc.IntType), c)
         else:
-            n = self.cell_dofs.shape[1]
-            rows, cols, values = (
-                np.repeat(self.cell_dofs, n, axis=1).ravel(),
-                np.tile(self.cell_dofs, n).ravel(),
-                K.ravel(),
-            )
+            n, number = self.cell_dofs.shape[1], self.local_dofs.astype(PETSc.IntType)[self.cell_dofs]
+            rows, cols, values = np.repeat(number, n, axis=1).ravel(), np.tile(number, n).ravel(), K.ravel()
         A = PETSc.Mat().create(self.comm)
         A.setSizes(((self.owned, self.size), (self.owned, self.size)))
         if self.size == c * self.piece.total:
             A.setBlockSize(c)
         A.setType("aij")
-        number = self.local_dofs.astype(PETSc.IntType)
-        A.setPreallocationCOO(number[rows], number[cols])
+        A.setPreallocationCOO(rows, cols)
         A.setValuesCOO(values)
         A.setOption(PETSc.Mat.Option.SYMMETRIC, True)
         return A
@@ -141,18 +136,20 @@ class _Scatter:
         return np.array(self.distributed.array)
 
 
-def _sum_blocks(K: Floats, nodes: Ints, c: int) -> tuple[Ints, Ints, Floats]:
-    """Sum element matrices over equal pairs of nodes, so that PETSc sorts each entry once, not once a cell."""
+def _sum_blocks(K: Floats, nodes: Ints, number: Ints, c: int) -> tuple[Ints, Ints, Floats]:
+    """Element matrices summed over equal pairs of nodes: rows, columns, values; `number` is a node's first unknown.
+
+    PETSc then sorts each entry of the matrix once, not once a cell.
+    """
     m, k = nodes.shape
     count = int(nodes.max(initial=-1)) + 1
     pairs = (nodes[:, :, None] * count + nodes[:, None, :]).ravel()
     order = np.argsort(pairs, kind="stable")
     keys = pairs[order]
     starts = np.flatnonzero(np.diff(keys, prepend=-1))
-    keys = keys[starts]
+    first, second = np.divmod(keys[starts], max(count, 1))
     blocks = K.reshape(m, k, c, k, c).transpose(0, 1, 3, 2, 4).reshape(m * k * k, c * c)
-    gather = sp.csr_array((np.ones(len(order)), order, np.append(starts, len(order))), shape=(len(keys), len(order)))
-    values = gather @ blocks
-    i, j = c * (keys // max(count, 1)), c * (keys % max(count, 1))
-    a, b = np.divmod(np.arange(c * c), c)
-    return (i[:, None] + a).ravel(), (j[:, None] + b).ravel(), values.ravel()
+    gather = sp.csr_array((np.ones(len(order)), order, np.append(starts, len(order))), shape=(len(starts), len(order)))
+    a, b = np.divmod(np.arange(c * c, dtype=number.dtype), number.dtype.type(c))
+    rows, columns = number[first][:, None] + a, number[second][:, None] + b
+    return rows.ravel(), columns.ravel(), (gather @ blocks).ravel()
