@@ -81,12 +81,14 @@ class Space:
 
     def sum_matrices(self, K: Floats) -> Any:
         """The global matrix of element matrices K (m, n, n), an AIJ with block size `components`. Collective."""
-        c, cells = self.components, self.piece.cells
+        c, cells, number = self.components, self.piece.cells, self.local_dofs.astype(PETSc.IntType)
         if self.cell_dofs.shape[1] == c * cells.shape[1]:
-            rows, cols, values = _sum_blocks(K, cells, self.node_dofs.astype(PETSc.IntType), c)
+            blocks = _sum_blocks(K, cells, c)
+            rows, cols = np.repeat(number[: blocks.shape[0]], np.diff(blocks.indptr)), number[blocks.indices]
+            values = blocks.data
         else:
-            n, number = self.cell_dofs.shape[1], self.local_dofs.astype(PETSc.IntType)[self.cell_dofs]
-            rows, cols, values = np.repeat(number, n, axis=1).ravel(), np.tile(number, n).ravel(), K.ravel()
+            dofs, n = number[self.cell_dofs], self.cell_dofs.shape[1]
+            rows, cols, values = np.repeat(dofs, n, axis=1).ravel(), np.tile(dofs, n).ravel(), K.ravel()
         A = PETSc.Mat().create(self.comm)
         A.setSizes(((self.owned, self.size), (self.owned, self.size)))
         if self.size == c * self.piece.total:
@@ -136,10 +138,10 @@ class _Scatter:
         return np.array(self.distributed.array)
 
 
-def _sum_blocks(K: Floats, nodes: Ints, number: Ints, c: int) -> tuple[Ints, Ints, Floats]:
-    """Element matrices summed over equal pairs of nodes: rows, columns, values; `number` is a node's first unknown.
+def _sum_blocks(K: Floats, nodes: Ints, c: int) -> sp.csr_array:
+    """The sum of element matrices over equal pairs of local nodes, by rows.
 
-    PETSc then sorts each entry of the matrix once, not once a cell.
+    PETSc then finds each entry of the matrix once, not once a cell, and in order: it need not sort.
     """
     m, k = nodes.shape
     count = int(nodes.max(initial=-1)) + 1
@@ -150,6 +152,5 @@ def _sum_blocks(K: Floats, nodes: Ints, number: Ints, c: int) -> tuple[Ints, Int
     first, second = np.divmod(keys[starts], max(count, 1))
     blocks = K.reshape(m, k, c, k, c).transpose(0, 1, 3, 2, 4).reshape(m * k * k, c * c)
     gather = sp.csr_array((np.ones(len(order)), order, np.append(starts, len(order))), shape=(len(starts), len(order)))
-    a, b = np.divmod(np.arange(c * c, dtype=number.dtype), number.dtype.type(c))
-    rows, columns = number[first][:, None] + a, number[second][:, None] + b
-    return rows.ravel(), columns.ravel(), (gather @ blocks).ravel()
+    pointer = np.append(0, np.cumsum(np.bincount(first, minlength=count)))
+    return sp.bsr_array(((gather @ blocks).reshape(-1, c, c), second, pointer), shape=(count * c, count * c)).tocsr()
