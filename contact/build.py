@@ -33,8 +33,9 @@ from contact.scene import (
 )
 from contact.surfaces import Surface
 from contact.system import System
-from fem.body import Body, Load, Support
+from fem.body import Body
 from fem.elasticity import Elasticity
+from fem.loads import Load, Support
 from fem.rigid_body import RigidBody
 from fem.scalar import Laplacian
 from fem.space import Space

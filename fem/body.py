@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from types import TracebackType
-from typing import Any, Literal, Protocol, Self
+from typing import Any, Protocol, Self
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from fem.geometry import is_straight, map_cells, map_facets
+from fem.loads import Load, Support, evaluate, external_forces
 from fem.rigid import floating_modes, pin, rigid_modes
 from fem.space import Space
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 SURFACE = "surface"
-Field = float | Callable[[Floats, float], Any]
 
 
 class Model(Protocol):
@@ -38,28 +36,6 @@ class Model(Protocol):
 
     def forces(self, points: Floats, cells: Ints, u: Floats) -> Floats:
         """Internal forces of cells (m, n) at their unknowns u (m, n)."""
-
-
-@dataclass(frozen=True)
-class Support:
-    """Prescribed displacement: `component` (None: all of them) of the nodes of `tag` follows `value`(x, t) [m]."""
-
-    tag: str
-    component: int | None = None
-    value: Field = 0.0
-
-
-@dataclass(frozen=True)
-class Load:
-    """A force per volume (`body`), a `traction`, a `pressure` (along −n) or a `force` on each point.
-
-    `value` is a number for a pressure and one number per component otherwise, or a function (x, t) of them;
-    a `body` load has no tag.
-    """
-
-    kind: Literal["body", "traction", "pressure", "force"]
-    value: Sequence[float] | Field
-    tag: str | None = None
 
 
 class Body:
@@ -180,57 +156,17 @@ class Body:
         for support in self.supports:
             values, marks = np.zeros_like(self.u), np.zeros_like(self.u)
             nodes, dofs = self._support_dofs(support)
-            value = _evaluate(support.value, self.space.piece.points[nodes], t, dofs.shape[1])
+            value = evaluate(support.value, self.space.piece.points[nodes], t, dofs.shape[1])
             values[dofs], marks[dofs] = value, 1
             total, count = self.space.sum(values), self.space.sum(marks)
             owned = np.where(count > 0, total / np.maximum(count, 1), owned)
         self.u = self.space.local(owned)
 
-    def _external(self, t: float) -> Floats:
-        space, piece, c = self.space, self.space.piece, self.space.components
-        f = np.zeros(len(space.local_dofs))
-        degree = 2 if len(piece.cells) and is_straight(piece.points, piece.cells) else 4
-        for load in self.loads:
-            if load.kind == "force":
-                nodes = np.unique(self.facets(load.tag or ""))
-                share = self._point_share(nodes)
-                values = _evaluate(load.value, piece.points[nodes], t, c) * share[:, None]
-                dofs = space.dofs_of(nodes[:, None])
-                np.add.at(f, dofs.ravel(), values.ravel())
-                continue
-            if load.kind == "body":
-                nodes, mapped = (
-                    piece.cells,
-                    map_cells(piece.points, piece.cells, max(degree, 4), self.model.axisymmetric),
-                )
-                values = _evaluate(load.value, mapped.points.reshape(-1, space.dim), t, c)
-            else:
-                nodes = self.facets(load.tag or "")
-                mapped_facets = map_facets(piece.points, nodes, 10, self.model.axisymmetric)
-                mapped = mapped_facets  # type: ignore[assignment]
-                at = mapped_facets.points.reshape(-1, space.dim)
-                if load.kind == "pressure":
-                    values = -_evaluate(load.value, at, t, 1) * mapped_facets.normals.reshape(-1, space.dim)
-                else:
-                    values = _evaluate(load.value, at, t, c)
-            values = values.reshape(*mapped.weights.shape, c)
-            local = np.einsum("mq,qa,mqc->mac", mapped.weights, mapped.values, values, optimize=True)
-            f += np.bincount(space.dofs_of(nodes).ravel(), local.ravel(), minlength=len(f))
-        return space.sum(f)
-
-    def _point_share(self, nodes: Ints) -> Floats:
-        """One over the number of ranks that hold each node, so that a force on points is counted once."""
-        marks = np.zeros(len(self.space.local_dofs))
-        marks[self.space.dofs_of(nodes[:, None]).ravel()] = 1
-        count = self.space.local(self.space.sum(marks))
-        share: Floats = 1 / count[self.space.components * nodes]
-        return share
-
     def update(self, t: float) -> None:
         """Set the prescribed displacements and the loads of time t [s]."""
         self._prescribe(t)
         if self.loads and self._loaded_at != t:
-            self.load = self._external(t)
+            self.load = external_forces(self, self.loads, t)
             self._loaded_at = t
         finite = np.isfinite(self.u).all() and np.isfinite(self.load).all()
         if not self.space.comm.allreduce(bool(finite), op=min):
@@ -421,13 +357,3 @@ def _orthonormal(basis: list[Any]) -> list[Any]:
             v.axpy(-v.dot(w), w)
         v.normalize()
     return basis
-
-
-def _evaluate(value: Any, points: Floats, t: float, width: int) -> Floats:
-    """`value`(points, t) as an array (points, width)."""
-    result = np.asarray(value(points, t) if callable(value) else value, dtype=float)
-    if callable(value) and result.ndim == 1:  # one number per point, for every component
-        result = result[:, None]
-    if result.ndim and result.shape[-1] not in (1, width):
-        raise ValueError(f"value {value!r}: must give one number or {width}")
-    return np.broadcast_to(result, (len(points), width))

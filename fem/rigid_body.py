@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from fem.body import Body, Load, Support
+from fem.body import Body
+from fem.loads import Load, Support
 from fem.space import Space
 
 Floats = NDArray[np.float64]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -337,93 +337,6 @@ def _footer(frame: Frame) -> str:
     residuals = ",  ".join(f"{name.replace('_', ' ')} {frame.row[name]:.1e}" for name in CERTIFICATE)
     size = f"unknowns {frame.run['unknowns']}" if "unknowns" in frame.run else f"nodes {len(frame.bodies.grid.points)}"
     return f"{residuals}\n{size},  contacts {frame.row['contacts']},  active {frame.row['active']}"
-
-
-def plot_study(rows: Sequence[Mapping[str, Any]], path_png: str | os.PathLike[str], title: str) -> None:
-    """Draw error over seconds and over unknowns, logarithmically; one row of panels per case and quantity.
-
-    Parameters
-    ----------
-    rows : sequence of mappings
-        What ``validate --json`` prints, one per case, method, order and level.
-    path_png : path-like
-    title : str
-
-    Raises
-    ------
-    ImportError
-        where matplotlib is missing.
-    ValueError
-        where no quantity has an error that is neither 0 nor NaN.
-    """
-    _save(study_figure(rows, title), path_png)
-
-
-def study_figure(rows: Sequence[Mapping[str, Any]], title: str) -> Figure:
-    """The figure that `plot_study` saves; its parameters and errors."""
-    lines = study_lines(rows)
-    if not lines:
-        raise ValueError(f"{title}: no quantity has an error to draw, must be positive and finite")
-    panels = list(dict.fromkeys((case, quantity) for case, quantity, _, _ in lines))
-    methods = list(dict.fromkeys((method, order) for _, _, method, order in lines))
-    figure = _figure((11.0, 0.8 + 4.0 * len(panels)))
-    grid: Any = figure.subplots(len(panels), 2, sharey="row", squeeze=False)
-    for (over_seconds, over_unknowns), panel in zip(grid, panels, strict=True):
-        sloped: set[int] = set()
-        for key, (seconds, unknowns, error, h) in lines.items():
-            if key[:2] != panel:
-                continue
-            method, order = key[2:]
-            number = methods.index((method, order))
-            rate = f", $h^{{{slope(h, error):.2f}}}$" if len(set(h)) > 1 else ""
-            look = {
-                "color": COLOURS[number % len(COLOURS)], "marker": MARKERS[number % len(MARKERS)], "linewidth": 1.2,
-                "linestyle": ("-", "--", ":", "-.")[number % 4], "markersize": 7 - number % 3,
-                "markerfacecolor": "none", "label": f"{method}, P{order}{rate}",
-            }  # fmt: skip
-            over_seconds.loglog(seconds, error, **look)
-            over_unknowns.loglog(unknowns, error, **look)
-            if order not in sloped and len(set(unknowns)) > 1:
-                sloped.add(order)
-                _triangle(over_unknowns, unknowns, error)
-        over_seconds.set(xlabel="time [s]", ylabel=f"{panel[0]}: error of {panel[1].removesuffix('_error')}")
-        over_unknowns.set(xlabel="unknowns")
-        for axes in (over_seconds, over_unknowns):
-            axes.grid(which="both", alpha=0.2)
-        over_seconds.legend(fontsize=8, title="method, order, rate", title_fontsize=8)
-    figure.suptitle(title)
-    return figure
-
-
-def study_lines(rows: Sequence[Mapping[str, Any]]) -> dict[tuple[str, str, str, int], Floats]:
-    """Seconds, unknowns, error and h, (4, levels) from coarse to fine, by (case, quantity, method, order)."""
-    found: dict[tuple[str, str, str, int], list[tuple[float, ...]]] = {}
-    for row in rows:
-        for name, quantity in row["quantities"].items():
-            error = quantity["error"]
-            if np.isfinite(error) and error > 0:
-                key = (row["case"], name, row["method"], row["order"])
-                found.setdefault(key, []).append((row["time"]["total"], row["dofs"], error, row["h"]))
-    return {key: np.array(sorted(levels, key=lambda level: level[1])).T for key, levels in found.items()}
-
-
-def slope(x: Floats, error: Floats) -> float:
-    """Slope of log(error) over log(x) by least squares."""
-    return float(np.polyfit(np.log(x), np.log(error), 1)[0])
-
-
-def _triangle(axes: Any, x: Floats, error: Floats) -> None:
-    """The fitted slope as a triangle below the line, over a fifth of its decades."""
-    power = slope(x, error)
-    span = np.log(x[-1] / x[0])
-    ends = x[0] * np.exp(span * np.array([0.5, 0.7]))
-    level = np.exp(np.interp(np.log(ends[0]), np.log(x), np.log(error))) * 0.8
-    heights = level * (ends / ends[0]) ** power
-    axes.plot(ends[[0, 1, 0, 0]], heights[[0, 1, 1, 0]], color="0.4", linewidth=0.8)
-    axes.annotate(
-        f"{power:.2f}", (ends[0], np.sqrt(heights.prod())), xytext=(-3, 0), textcoords="offset points",
-        ha="right", va="center", fontsize=8, color="0.3",
-    )  # fmt: skip
 
 
 def _figure(size: tuple[float, float]) -> Figure:

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from contact.build import build
 from contact.scene import Scene
 from contact.system import System
-from fem.body import Body, Load, Support
+from fem.body import Body
 from fem.elasticity import Elasticity, State
+from fem.loads import Load, Support
 from fem.space import Space
 from meshes.generators import generate
 from meshes.mesh import Mesh

@@ -11,8 +11,9 @@ import validation.cases  # noqa: F401  enters the cases
 from contact.build import build
 from contact.scene import Scene
 from contact.step import step
-from fem.body import Body, Support
+from fem.body import Body
 from fem.elasticity import Elasticity
+from fem.loads import Support
 from fem.space import Space
 from meshes.generators import generate
 from validation.case import CASES, Run

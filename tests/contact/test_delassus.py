@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from contact.delassus import CompliantDelassus
 from contact.points import nodal
-from fem.body import Body, Support
+from fem.body import Body
+from fem.loads import Support
 
 Floats = NDArray[np.float64]
 Rows = sp.csr_array

@@ -9,8 +9,9 @@ from contact.pairs import FiniteSliding, SmallSliding
 from contact.points import mortar, nodal
 from contact.step import step
 from contact.surfaces import Plane, Sphere, paraboloid
-from fem.body import Body, Load
+from fem.body import Body
 from fem.elasticity import State
+from fem.loads import Load
 from fem.scalar import Laplacian
 from fem.space import Space
 from meshes.generators import generate

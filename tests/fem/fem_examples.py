@@ -7,8 +7,9 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
-from fem.body import Body, Load, Support
+from fem.body import Body
 from fem.elasticity import Elasticity, State
+from fem.loads import Load, Support
 from fem.space import Space
 from meshes.generators import generate
 from meshes.mesh import Mesh

@@ -9,8 +9,9 @@ from fem_examples import SIDES, Floats, block, solid, solved
 from mpi4py import MPI
 from petsc4py import PETSc
 
-from fem.body import Body, Load, Support
+from fem.body import Body
 from fem.elasticity import State
+from fem.loads import Load, Support
 from fem.scalar import Laplacian
 from fem.space import Space
 from meshes.generators import generate

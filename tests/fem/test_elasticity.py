@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from fem_examples import DIMENSION, SIDES, Floats, block, hooke, solid, solved
 
-from fem.body import Body, Load, Support
+from fem.body import Body
 from fem.elasticity import Elasticity, State
 from fem.geometry import map_cells
+from fem.loads import Load, Support
 from meshes.generators import generate
 
 STATES: list[State] = ["plane-strain", "plane-stress", "axisymmetric", "3d"]

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from fem_examples import DIMENSION, block, solid
 
-from fem.body import Support
 from fem.elasticity import State
+from fem.loads import Support
 from fem.rigid import floating_modes, pin, rigid_modes
 
 COUNT: dict[State, int] = {"plane-strain": 3, "plane-stress": 3, "axisymmetric": 1, "3d": 6}

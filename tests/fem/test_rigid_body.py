@@ -5,7 +5,7 @@ import pytest
 from fem_examples import block
 from mpi4py import MPI
 
-from fem.body import Load, Support
+from fem.loads import Load, Support
 from fem.rigid_body import RigidBody
 from fem.space import Space
 

@@ -5,7 +5,8 @@ import pytest
 from fem_examples import block, solved
 from mpi4py import MPI
 
-from fem.body import Body, Load, Support
+from fem.body import Body
+from fem.loads import Load, Support
 from fem.scalar import Laplacian
 from fem.space import Space
 from meshes.generators import generate

@@ -14,7 +14,7 @@ from contact.record import CERTIFICATE, Grid, Record, StepData
 from meshes.mesh import Mesh
 from meshes.structured import grid as structured
 from runs.pictures import Patches, lattice, outer_faces, outline, subdivided, triangles
-from runs.plot import arc_length, plot_record, plot_study, record_figure, study_figure, von_mises
+from runs.plot import arc_length, plot_record, record_figure, von_mises
 
 A, P0, DEPTH = 0.3, 0.16, 0.09
 EXACT = f"{P0} * sqrt(where(x**2 + y**2 < {A}**2, 1 - (x**2 + y**2)/{A}**2, 0))"
@@ -128,20 +128,6 @@ def stopped(mesh: Mesh) -> dict[str, Any]:
         "cell_data": {"stress": np.zeros((10, 6))},
         "lam": np.array([0.7]), "point": np.array([[1.2, 0, 0]]), "normal": np.array([[-1.0, 0, 0]]),
     }  # fmt: skip
-
-
-def study() -> list[dict[str, Any]]:
-    """Rows of two methods and two orders whose errors are h and h^1.5."""
-    return [
-        {
-            "case": "transition", "method": method, "order": order, "h": h, "dofs": round(2 * (order / h) ** 2),
-            "quantities": {"h1_error": {"error": 0.4 * h ** (0.5 + order / 2)}, "exactly": {"error": 0.0}},
-            "time": {"total": cost * (order / h) ** 2.2},
-        }
-        for method, cost in (("status", 1e-4), ("gauss-seidel", 6e-4))
-        for order in (1, 2)
-        for h in (1 / 8, 1 / 16, 1 / 32, 1 / 64)
-    ]  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -281,31 +267,3 @@ def test_arc_length_of_three_quarters_of_a_circle_in_any_order() -> None:
 def test_von_mises_of_uniaxial_tension_shear_and_pressure() -> None:
     stress = np.array([[0, 0, 3.0, 0, 0, 0], [0, 0, 0, 2.0, 0, 0], [5.0, 5, 5, 0, 0, 0]])
     assert np.allclose(von_mises(stress), [3, 2 * np.sqrt(3), 0])
-
-
-def test_study_draws_each_method_and_order_with_its_rate(tmp_path: Path) -> None:
-    rows = study()
-    figure = study_figure(rows[::-1], "errors")
-    seconds, unknowns = figure.axes
-    labels = [line.get_label() for line in seconds.get_lines()]
-    assert set(labels) == {
-        f"{m}, P{p}, $h^{{{r}}}$" for m in ("status", "gauss-seidel") for p, r in ((1, "1.00"), (2, "1.50"))
-    }
-    mine = [row for row in rows if (row["method"], row["order"]) == ("status", 2)]
-    error = [row["quantities"]["h1_error"]["error"] for row in mine]
-    assert lines(seconds)["status, P2, $h^{1.50}$"].tolist() == [
-        [r["time"]["total"], e] for r, e in zip(mine, error, strict=True)
-    ]
-    assert lines(unknowns)["status, P2, $h^{1.50}$"].tolist() == [
-        [r["dofs"], e] for r, e in zip(mine, error, strict=True)
-    ]
-    # One triangle per order, in two dimensions at half the rate in h.
-    assert sorted(text.get_text() for text in unknowns.texts) == ["-0.50", "-0.75"]
-    plot_study(rows, tmp_path / "study.png", "errors")
-    assert (tmp_path / "study.png").stat().st_size > 10_000
-
-
-def test_study_without_errors_is_refused() -> None:
-    rows = [row | {"quantities": {"exactly": {"error": 0.0}}} for row in study()]
-    with pytest.raises(ValueError, match="no quantity has an error to draw"):
-        study_figure(rows, "errors")
