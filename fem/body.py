@@ -340,6 +340,7 @@ class Body:
             if thing is not None:
                 thing.destroy()
         self._ksp = self.A = None
+        self.space.close()
 
     def __enter__(self) -> Self:
         return self

@@ -55,6 +55,7 @@ class Space:
         node_dof = node_scatter.local(self.first + c * np.arange(piece.owned, dtype=float)).astype(np.int64)
         pressure_dof = node_scatter.local(pressure).astype(np.int64)
         self.node_dofs = node_dof
+        node_scatter.close()
         self.local_dofs = np.append((node_dof[:, None] + np.arange(c)).ravel(), pressure_dof[vertices])
         self.displacements = slice(0, c * nodes)
         self.cell_dofs = (c * piece.cells[:, :, None] + np.arange(c)).reshape(
@@ -105,6 +106,11 @@ class Space:
         return (c * nodes[..., None] + np.arange(c)).reshape(*nodes.shape[:-1], c * nodes.shape[-1])
 
 
+    def close(self) -> None:
+        """Destroy the scatter between ranks. Collective."""
+        self._scatter.close()
+
+
 class _Scatter:
     """Between a distributed vector's owned entries and the local ones that a rank works with."""
 
@@ -119,6 +125,11 @@ class _Scatter:
         index = PETSc.IS().createGeneral(numbers.astype(PETSc.IntType), comm=PETSc.COMM_SELF)
         self.scatter = PETSc.Scatter().create(self.distributed, index, self.sequential, None)
         index.destroy()
+
+    def close(self) -> None:
+        if not self.alone:
+            for thing in (self.scatter, self.distributed, self.sequential):
+                thing.destroy()
 
     def local(self, owned: Floats) -> Floats:
         if self.alone:
