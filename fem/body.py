@@ -166,7 +166,10 @@ class Body:
         """Set the prescribed displacements and the loads of time t [s]."""
         self._prescribe(t)
         if self.loads and self._loaded_at != t:
-            self.load = external_forces(self, self.loads, t)
+            loads = [
+                (load, self.space.piece.cells if load.tag is None else self.facets(load.tag)) for load in self.loads
+            ]
+            self.load = external_forces(self.space, self.model.axisymmetric, loads, t)
             self._loaded_at = t
         finite = np.isfinite(self.u).all() and np.isfinite(self.load).all()
         if not self.space.comm.allreduce(bool(finite), op=min):

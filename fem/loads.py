@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fem.geometry import map_cells, map_facets
-
-if TYPE_CHECKING:
-    from fem.body import Body
+from fem.space import Space
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -44,25 +42,26 @@ class Load:
     tag: str | None = None
 
 
-def external_forces(body: Body, loads: Sequence[Load], t: float) -> Floats:
-    """f_ext = ∫ f·N dx + ∫ p·N ds + Σ F at the owned unknowns [N]. Collective."""
-    f = np.zeros(len(body.space.local_dofs))
-    for load in loads:
-        dofs, values = (_on_points if load.kind == "force" else _distributed)(body, load, t)
+def external_forces(space: Space, axisymmetric: bool, loads: Sequence[tuple[Load, Ints]], t: float) -> Floats:
+    """f_ext = ∫ f·N dx + ∫ p·N ds + Σ F at the owned unknowns [N], for loads with the nodes they act on. Collective."""
+    f = np.zeros(len(space.local_dofs))
+    for load, nodes in loads:
+        if load.kind == "force":
+            dofs, values = _on_points(space, load, nodes, t)
+        else:
+            dofs, values = _distributed(space, axisymmetric, load, nodes, t)
         f += np.bincount(dofs.ravel(), values.ravel(), minlength=len(f))
-    return body.space.sum(f)
+    return space.sum(f)
 
 
-def _distributed(body: Body, load: Load, t: float) -> tuple[Ints, Floats]:
+def _distributed(space: Space, axisymmetric: bool, load: Load, nodes: Ints, t: float) -> tuple[Ints, Floats]:
     """Local unknowns of cells or facets, and the work-equivalent forces on them."""
-    space, X, axisymmetric = body.space, body.space.piece.points, body.model.axisymmetric
+    X = space.piece.points
     direction: float | Floats = 1.0
     if load.kind == "body":
-        nodes = space.piece.cells
         cells = map_cells(X, nodes, VOLUME_DEGREE, axisymmetric)
         weights, shapes, at = cells.weights, cells.values, cells.points
     else:
-        nodes = body.facets(load.tag or "")
         sides = map_facets(X, nodes, SURFACE_DEGREE, axisymmetric)
         weights, shapes, at = sides.weights, sides.values, sides.points
         if load.kind == "pressure":
@@ -72,10 +71,9 @@ def _distributed(body: Body, load: Load, t: float) -> tuple[Ints, Floats]:
     return space.dofs_of(nodes), np.einsum("mq,qa,mqc->mac", weights, shapes, values, optimize=True)
 
 
-def _on_points(body: Body, load: Load, t: float) -> tuple[Ints, Floats]:
+def _on_points(space: Space, load: Load, nodes: Ints, t: float) -> tuple[Ints, Floats]:
     """Local unknowns of points, and the forces on them, shared among the ranks that hold a point."""
-    space = body.space
-    nodes = np.unique(body.facets(load.tag or ""))
+    nodes = np.unique(nodes)
     dofs = space.dofs_of(nodes[:, None])
     marks = np.zeros(len(space.local_dofs))
     marks[dofs.ravel()] = 1

@@ -105,7 +105,6 @@ class Space:
         c = self.components
         return (c * nodes[..., None] + np.arange(c)).reshape(*nodes.shape[:-1], c * nodes.shape[-1])
 
-
     def close(self) -> None:
         """Destroy the scatter between ranks. Collective."""
         self._scatter.close()

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contact.build import build
+from contact.certificate import Tolerances
 from contact.clock import Clock
 from contact.pairs import FiniteSliding, SmallSliding
 from contact.points import ContactPoints
@@ -169,7 +170,8 @@ class Run:
         system = build(model, self.comm, clock=clock)
         clock.lap()
         system.prepare()
-        self.solved = Solved(system, step(system, model.time.end, model.solver.method))
+        exact = Tolerances(surface_error=1e-8, penetration=1e-8)
+        self.solved = Solved(system, step(system, model.time.end, model.solver.method, tolerances=exact))
         self.seconds = clock.lap()
         return self.solved
 

@@ -169,7 +169,7 @@ def test_petsc_options(reports: Callable[..., list[dict[str, Any]]]) -> None:
     assert force[0] != force[1]
     assert force[1] == pytest.approx(force[0], rel=1e-9)
     done = program("validate", "bar-stop", "--", "-free_ksp_type", "nonsense")
-    assert done.returncode == NOT_CONVERGED
+    assert done.returncode == BAD_INPUT
     assert done.stdout == ""
     assert done.stderr.count("\n") == 1
     assert "KSP type nonsense" in done.stderr

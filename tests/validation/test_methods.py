@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -80,3 +81,18 @@ def test_on_the_displacements() -> None:
     assert np.abs(shapes[0]).max() > 0.5
     assert shapes[1] == pytest.approx(shapes[0], abs=1e-8)
     assert forces[1] == pytest.approx(forces[0], abs=1e-8 * forces[0].max())
+
+
+@pytest.mark.parametrize("method", sorted(METHODS))
+def test_every_method_meets_the_certificate(method: str) -> None:
+    """hertz-line through the step: the same force, and all four residuals within 1e-8, whatever the method."""
+    case = CASES["hertz-line"]
+    run = Run(case, MPI.COMM_WORLD, case.configure({}), 1 / 20, 2, method)
+    try:
+        case.solve(run)
+        assert run.solved is not None
+        residuals = asdict(run.solved.result.certificate).values()
+        assert max(residuals) <= 1e-8
+        assert run.solved.forces().sum() == pytest.approx(0.07767674 / 2, rel=1e-3)
+    finally:
+        run.close()
