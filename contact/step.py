@@ -49,32 +49,27 @@ def step(
     InfeasibleError
         where no contact force balances the load.
     """
-    tolerances = tolerances or Tolerances()
-    iterations = 0
+    tolerances, iterations = tolerances or Tolerances(), 0
 
     system.free_motion(t)
     free = system.state()
+    contacts = system.detect()
 
-    present = system.detect()
     for number in range(1, max_passes + 1):
-        contacts = present
         system.restore(free)
         problem = system.problem(contacts)
         with system.clock("solve"):
-            warm = None if start is None or len(start) != len(contacts.offset) else start[contacts.rows]
-            solution = solve(problem, method, warm)
+            solution = solve(problem, method, contacts.on_rows(start))
         system.correct(contacts, solution)
+        corrected = system.detect()
 
         lam, iterations = contacts.full(solution.lam), iterations + solution.iterations
-        free_gaps = np.full(len(contacts.offset), np.inf)
-        free_gaps[contacts.rows] = problem.q
-        present = system.detect()
-        certificate = certify(system, contacts, lam, free_gaps, present)
+        certificate = certify(system, contacts, lam, contacts.full(problem.q, np.inf), corrected)
         if certificate.within(tolerances):
-            gap = np.concatenate([np.empty(0), *[pair.gaps() for pair in system.pairs]])
             system.accept()
+            gap = system.gaps()
             return StepResult(lam, gap, contacts, problem, certificate, number, iterations, solution.details)
-        start = lam
+        start, contacts = lam, corrected
 
     worst = max(certificate.complementarity, certificate.equilibrium)
     raise ContactNotConvergedError("the passes of detection and correction did not settle", iterations, worst)

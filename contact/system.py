@@ -68,11 +68,15 @@ class Linearisation:
     W: CompliantDelassus
     G: Floats | None
 
-    def full(self, lam: Floats) -> Floats:
-        """λ of all constraints from that of the rows in the problem."""
-        result = np.zeros(len(self.offset))
-        result[self.rows] = lam
+    def full(self, values: Floats, rest: float = 0.0) -> Floats:
+        """Values of all constraints from those of the rows in the problem, `rest` elsewhere."""
+        result = np.full(len(self.offset), rest)
+        result[self.rows] = values
         return result
+
+    def on_rows(self, values: Floats | None) -> Floats | None:
+        """Values of the rows in the problem from those of all constraints, where these are as many."""
+        return None if values is None or len(values) != len(self.offset) else values[self.rows]
 
 
 class System:
@@ -205,6 +209,11 @@ class System:
                 increment += body.modes @ solution.alpha[mode : mode + m]
                 mode += m
                 body.correct(increment)
+
+    def gaps(self) -> Floats:
+        """True gaps of the present state, for all constraints (c) [m]. Collective."""
+        with self.clock("detect"):
+            return np.concatenate([np.empty(0), *[pair.gaps() for pair in self.pairs]])
 
     def accept(self) -> None:
         """Take the present state as the start of the next step."""
