@@ -79,9 +79,10 @@ class Gatherer:
         """The record's row for a step, on rank 0."""
         bodies, result = self.system.bodies, accepted.result
         displacement = self.nodes({b: _in_space(b.displacement) for b in bodies})
-        stress = self.cells({b: _stress(b) for b in bodies})
+        elastic = any(isinstance(b.model, Elasticity) for b in bodies)
+        stress = self.cells({b: _stress(b) for b in bodies}) if elastic else None
         checkpoint = self._checkpoint(result.lam)
-        if displacement is None or stress is None:
+        if displacement is None:
             return None
         parts = result.linearisation.constraints
         places = np.concatenate([np.zeros((0, 3)), *[_in_space(c.places) for c in parts]])
@@ -107,7 +108,7 @@ class Gatherer:
                 "contact_force": force,
                 "status": status,
             },
-            cell_data={"stress": stress},
+            cell_data={} if stress is None else {"stress": stress},
             lam=result.lam,
             gap=result.gap,
             point=places + displacement[nodes],

@@ -35,8 +35,6 @@ Component = Literal["x", "y", "z", "r", "u"]
 Function = Callable[..., Any]
 Value = Number | str | Function
 
-METHODS = ("status", "gauss-seidel", "lemke", "kkt", "vi-rsls", "vi-ssls", "tao", "vi-primal")
-
 
 class Table(BaseModel):
     """A table of a scene: typed, frozen, and without keys that nobody reads."""

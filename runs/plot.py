@@ -1,4 +1,4 @@
-"""Pictures of a record's step and of a study of error against run time; matplotlib is loaded only here, on demand."""
+"""Pictures of a record's step; matplotlib is loaded only here, on demand."""
 
 from __future__ import annotations
 
@@ -234,6 +234,7 @@ def record_figure(path_record: str | os.PathLike[str], step: int = -1) -> Figure
 
 def _draw_bodies(figure: Figure, place: Any, frame: Frame) -> None:
     from matplotlib.colors import Normalize
+    from matplotlib.transforms import ScaledTranslation
 
     bodies, contact = frame.bodies, frame.contact
     # Stress is singular at corners and edges of contact: the last half percent must not take all the colours.
@@ -271,7 +272,9 @@ def _draw_bodies(figure: Figure, place: Any, frame: Frame) -> None:
         for obstacle, dim in frame.obstacles():
             draw_obstacle(axes, obstacle, dim)
     axes.plot([], [], color=GREY, label="undeformed")
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=2, fontsize=8, frameon=False)
+    # Below the axis label by a length, not by a part of the axes, which may be flat.
+    below = axes.transAxes + ScaledTranslation(0, -0.45, figure.dpi_scale_trans)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, 0), bbox_transform=below, ncols=2, fontsize=8, frameon=False)
     moved = float(np.linalg.norm(bodies.displacement, axis=1).max(initial=0.0))
     # Seen from below, 3D axes have their labels at the top.
     pad = 22 if bodies.in_space else None

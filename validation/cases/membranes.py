@@ -46,7 +46,7 @@ def membrane_ball(run: Run) -> list[Quantity]:
     fine = (run.h * 64) ** 2
     return [
         Quantity("max_error", nodal_error(solved.system.bodies[0], exact.displacement), 0.0, 1e-4 * fine),
-        Quantity("force", solved.forces().sum(), exact.force, 2e-2),
+        Quantity("force", solved.forces().sum(), exact.force, 2e-3),
     ]
 
 
