@@ -2,39 +2,37 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from contact import surfaces
+from contact.build_devices import beam_of
 from contact.clock import Clock
+from contact.devices import DeviceContact
 from contact.expression import Expression
 from contact.pairs import FiniteSliding, Pair, PointToPoint, SmallSliding
 from contact.points import ContactPoints, mortar, nodal
 from contact.ranks import on_root
 from contact.scene import (
-    BodyPointTable,
     BodyTable,
-    ConeTable,
     ContactTable,
-    DomeTable,
     Elastic,
     LoadTable,
     MeshFile,
     MeshShape,
-    ParaboloidTable,
-    PlaneTable,
-    RoundTable,
     Scene,
-    SinusoidTable,
     Tension,
 )
-from contact.surfaces import Surface
+from contact.scene_devices import BeamTable
+from contact.scene_surfaces import BodyPointTable, surface_of
 from contact.system import System
+from fem.beam import Beam
 from fem.body import Body
 from fem.elasticity import Elasticity
+from fem.integrators import ImplicitEuler, Integrator, Midpoint, Static
 from fem.loads import Load, Support
 from fem.rigid_body import RigidBody
 from fem.scalar import Laplacian
@@ -42,6 +40,12 @@ from fem.space import Space
 from meshes.mesh import Mesh
 
 Floats = NDArray[np.float64]
+
+INTEGRATORS: dict[str, Callable[[float], Integrator]] = {
+    "static": lambda dt: Static(),
+    "implicit-euler": ImplicitEuler,
+    "midpoint": Midpoint,
+}
 
 
 def build(scene: Scene, comm: Any, folder: Path = Path(), clock: Clock | None = None) -> System:
@@ -52,21 +56,32 @@ def build(scene: Scene, comm: Any, folder: Path = Path(), clock: Clock | None = 
     ValueError
         One line that names what in the scene cannot be built and what is allowed.
     """
-    bodies = {table.name: _body(table, comm, folder) for table in scene.bodies}
+    scheme = scene.time.integrator
+    dynamic = scheme != "static"
+    bodies: dict[str, Any] = {
+        table.name: beam_of(table, dynamic) if isinstance(table, BeamTable) else _body(table, comm, folder, dynamic)
+        for table in scene.bodies
+    }
+    if scheme == "midpoint" and any(isinstance(table, BeamTable) for table in scene.bodies):
+        raise ValueError("time.integrator = 'midpoint': a beam moves by 'implicit-euler'")
     touched = {c.body for c in scene.contacts} | {
         c.surface.body for c in scene.contacts if isinstance(c.surface, BodyPointTable)
     }
     for name, body in bodies.items():
-        if body.modes.shape[1] and name not in touched:
+        if body.modes.shape[1] and name not in touched and not dynamic:
             raise ValueError(
                 f"body {name!r}: {body.modes.shape[1]} rigid motion(s) that no support and no contact can hold; "
                 "add supports or a contact"
             )
-    pairs = [pair for table in scene.contacts for pair in _pairs(table, bodies)]
-    return System(comm, list(bodies.values()), pairs, clock)
+    pairs = [pair for table in scene.contacts for pair in _pairs(table, bodies, folder)]
+    if scheme == "midpoint":
+        for table in scene.contacts:
+            body = bodies[table.body]
+            body.redistribute(np.unique(body.facets(table.tag)))
+    return System(comm, list(bodies.values()), pairs, clock, INTEGRATORS[scheme])
 
 
-def _body(table: BodyTable, comm: Any, folder: Path) -> Body:
+def _body(table: BodyTable, comm: Any, folder: Path, dynamic: bool) -> Body:
     mesh = on_root(comm, lambda: _mesh(table, folder))
     dim = comm.bcast(None if mesh is None else mesh.dim)
     material = table.material
@@ -75,8 +90,17 @@ def _body(table: BodyTable, comm: Any, folder: Path) -> Body:
     components = dim if table.kind in ("solid", "rigid") else 1
     supports = [Support(s.tag, _component(table, s.component, components), field(s.value)) for s in table.supports]
     loads = [Load(load.kind, field(_load_value(table, load, components)), load.tag) for load in table.loads]
+    motion: dict[str, Any] = {}
+    if dynamic:
+        motion = {"density": table.density, "mass": table.mass, "rayleigh": table.rayleigh}
+        motion |= {"velocity": field(table.velocity), "displacement": field(table.displacement)}
+    elif table.density or any(table.rayleigh) or table.velocity != 0.0 or table.displacement != 0.0:
+        raise ValueError(
+            f"body {table.name!r}: density, rayleigh, velocity, displacement: a scene in statics has none; "
+            "set time.integrator, or leave them out"
+        )
     if table.kind == "rigid":
-        return RigidBody(table.name, Space(comm, mesh, components), supports, loads, table.guided)
+        return RigidBody(table.name, Space(comm, mesh, components), supports, loads, table.guided, **motion)
     if isinstance(material, Elastic):
         mixed = material.formulation == "mixed"
         order = comm.bcast(None if mesh is None else mesh.order)
@@ -85,7 +109,7 @@ def _body(table: BodyTable, comm: Any, folder: Path) -> Body:
                 f"body {table.name!r}: formulation = 'mixed' needs a second-order mesh, and not plane stress"
             )
         model = Elasticity(material.E, material.nu, material.state, mixed)
-        return Body(table.name, Space(comm, mesh, components, mixed), model, supports, loads)
+        return Body(table.name, Space(comm, mesh, components, mixed), model, supports, loads, **motion)
     assert isinstance(material, Tension)
     if dim != (2 if table.kind == "membrane" else 1):
         raise ValueError(f"body {table.name!r}: a {table.kind} does not have a mesh of dimension {dim}")
@@ -95,7 +119,7 @@ def _body(table: BodyTable, comm: Any, folder: Path) -> Body:
     if material.k is not None:
         # A spring is a bar with EA = k L.
         coefficient = material.k * comm.bcast(None if mesh is None else float(np.ptp(mesh.points)))
-    return Body(table.name, Space(comm, mesh, 1), Laplacian(coefficient), supports, loads, frame)
+    return Body(table.name, Space(comm, mesh, 1), Laplacian(coefficient), supports, loads, frame, **motion)
 
 
 def _mesh(table: BodyTable, folder: Path) -> Mesh:
@@ -144,46 +168,30 @@ def field(value: Any) -> Any:
     return value
 
 
-def surface(table: Any) -> Surface:
-    """The surface of a scene's table; any object with the methods of `Surface` is taken as it is."""
-    if isinstance(table, PlaneTable):
-        return surfaces.Plane(np.array(table.point), np.array(table.normal))
-    if isinstance(table, RoundTable):
-        if table.kind == "sphere":
-            return surfaces.Sphere(np.array(table.centre), table.radius, table.inside)
-        return surfaces.Cylinder(np.array(table.centre), np.array(table.axis), table.radius, table.inside)
-    if isinstance(table, ParaboloidTable):
-        return surfaces.paraboloid(np.array(table.origin), table.radius, table.downward)
-    if isinstance(table, ConeTable):
-        return surfaces.cone(np.array(table.origin), table.slope, table.downward)
-    if isinstance(table, SinusoidTable):
-        return surfaces.sinusoid(np.array(table.origin), table.amplitude, table.wavelength, table.downward)
-    if isinstance(table, DomeTable):
-        return surfaces.dome(np.array(table.origin), table.radius, table.rim, table.downward)
-    result: Surface = table
-    return result
-
-
-def _pairs(table: ContactTable, bodies: dict[str, Body]) -> list[Pair]:
+def _pairs(table: ContactTable, bodies: dict[str, Any], folder: Path) -> list[Pair]:
     body = bodies[table.body]
+    if isinstance(body, Beam):
+        obstacle, samples = surface_of(table.surface, folder), table.samples or 2
+        _check_dimensions(table, 3)
+        return [DeviceContact(table.name, body, obstacle, samples, table.interference) for _ in range(table.copies)]
+    assert table.tag is not None
     points = {"nodal": nodal, "mortar": mortar}[table.constraint](body, table.tag)
-    _check_dimensions(table, body)
-    return [_pair(table, points, bodies) for _ in range(table.copies)]
+    _check_dimensions(table, body.frame.shape[1])
+    return [_pair(table, points, bodies, folder) for _ in range(table.copies)]
 
 
-def _pair(table: ContactTable, points: ContactPoints, bodies: dict[str, Body]) -> Pair:
+def _pair(table: ContactTable, points: ContactPoints, bodies: dict[str, Body], folder: Path) -> Pair:
     if isinstance(table.surface, BodyPointTable):
         others = nodal(bodies[table.surface.body], table.surface.tag)
         return PointToPoint(table.name, points, others, np.array(table.surface.normal), table.interference)
-    obstacle = surface(table.surface)
+    obstacle = surface_of(table.surface, folder)
     if table.sliding == "finite":
         return FiniteSliding(table.name, points, obstacle, table.interference)
     direction = None if table.direction is None else np.array(table.direction)
     return SmallSliding(table.name, points, obstacle, direction, table.interference)
 
 
-def _check_dimensions(table: ContactTable, body: Body) -> None:
-    D = body.frame.shape[1]
+def _check_dimensions(table: ContactTable, D: int) -> None:
     vectors = {"direction": table.direction}
     for key in ("point", "normal", "centre", "origin", "axis"):
         vectors[f"surface.{key}"] = getattr(table.surface, key, None)

@@ -30,8 +30,8 @@ class Certificate:
 
     complementarity : max|min(D_i λ_i, δ_i)| / ℓ with ℓ = max(max(−δ_f)₊, max|δ − δ_f|, 1e-12 × size), D = diag W
     equilibrium : the worst body's ‖f_int − f_ext − Hᵀλ‖ / (‖f_int‖ + ‖f_ext‖ + ‖Hᵀλ‖)
-    surface_error : the largest |δ_i| of active contacts, D_i |λ_i| > 1e-8 ℓ, over the bodies' size
-    penetration : the deepest −δ_i, over the bodies' size
+    surface_error : the largest |δ_i| of active contacts, D_i |λ_i| > 1e-8 ℓ, over the body's size or device's radius
+    penetration : the deepest −δ_i, over the same
     """
 
     complementarity: float
@@ -44,6 +44,11 @@ class Certificate:
         limits = asdict(tolerances)
         return all(value <= limits[name] for name, value in asdict(self).items())
 
+    @property
+    def residual(self) -> float:
+        """The larger of the two residuals that passes bring down."""
+        return max(self.complementarity, self.equilibrium)
+
 
 def certify(
     system: System, lin: Linearisation, lam: Floats, free_gaps: Floats, present: Linearisation | None = None
@@ -55,10 +60,11 @@ def certify(
     `free_gaps` are δ_f on all constraints. W_ii = 0 (rigid bodies only) is replaced by ℓ / max λ, so that a force on an
     open gap shows there too; where a method never formed W_ii, the whole gap counts.
     """
-    size = max((body.size for body in system.bodies), default=1.0)
-    contact_forces = [(body, (present or lin).free[body].T @ lam) for body in system.bodies]
+    present = present or lin
+    contact_forces = [(body, present.free[body].apply_transpose(lam)) for body in system.bodies]
     gaps = system.gaps()
     rows = np.flatnonzero(lin.movable)
+    size, lengths = system.size, present.length[rows]
     delta, lam, start = gaps[rows], lam[rows], np.minimum(free_gaps[rows], gaps[rows])
     active = np.flatnonzero(lam)  # a force below zero is an error, not an open contact
     length = max(
@@ -77,6 +83,6 @@ def certify(
     return Certificate(
         complementarity,
         equilibrium,
-        float(np.max(np.abs(delta[closed]), initial=0.0)) / size,
-        float(np.max(-delta, initial=0.0)) / size,
+        float(np.max(np.abs(delta[closed]) / lengths[closed], initial=0.0)),
+        float(np.max(-delta / lengths, initial=0.0)),
     )

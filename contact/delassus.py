@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from contact.rows import Rows
 from fem.body import Body
 
 Floats = NDArray[np.float64]
@@ -21,12 +21,12 @@ class CompliantDelassus:
 
     Parameters
     ----------
-    H : for each deformable body its columns of H, (c, owned), zero where displacements are prescribed
+    H : for each deformable body its rows of H, (c, owned), zero where displacements are prescribed
 
     Columns are solved in blocks whose right-hand sides stay below 256 MiB a body, reduced over the ranks, and kept.
     """
 
-    def __init__(self, H: dict[Body, sp.csr_array], size: int) -> None:
+    def __init__(self, H: dict[Body, Rows], size: int) -> None:
         self.H, self.size = H, size
         self.solved = 0
         self._slot = np.full(size, -1)
@@ -68,15 +68,13 @@ class CompliantDelassus:
     def _solve(self, rows: Ints) -> Floats:
         W = np.zeros((self.size, len(rows)), order="F")
         for body, H in self.H.items():
-            comm = body.space.comm
-            touching = np.diff(H.indptr)[rows] > 0
-            mine = rows[comm.allreduce(touching, op=np.logical_or)]
+            comm = body.comm
+            mine = rows[comm.allreduce(H.touching()[rows], op=np.logical_or)]
             where = np.searchsorted(rows, mine)
             block = max(1, BLOCK_BYTES // (8 * max(body.space.size, 1)))
             for start in range(0, len(mine), block):
                 part = slice(start, start + block)
-                X = body.solve_rows(H[mine[part]])
-                W[:, where[part]] += comm.allreduce(H @ X)
+                W[:, where[part]] += comm.allreduce(H.solve(body, mine[part]))
         return W
 
     def diagonal(self, rows: Ints) -> Floats:

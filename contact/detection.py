@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from contact.surfaces import Surface
+from contact.surfaces import Foot, Surface
 
 Floats = NDArray[np.float64]
 
@@ -15,8 +15,17 @@ def first_root(surface: Surface, start: Floats, end: Floats, tolerance: float) -
 
     From a point with potential g no root is nearer than g/L, with L a bound of |∇g| on the motion, so that each
     advance by (g + τ)/L passes over no excursion deeper than τ: a tenth of `tolerance` [m] (Hart 1996, sphere
-    tracing). The crossing is then closed in on by bisection to round-off.
+    tracing). The crossing is then closed in on by bisection to round-off. Newton's method alone would step over a
+    short excursion and settle on a later root, or on none.
+
+    A convolution surface has the same search with second-order steps of its own: as long as it is outside the wall, a
+    point with potential g and slope g′ along the motion stays outside while g + g′s − M s²/2 > 0, M a bound of −g″ in
+    the cells near. A motion as long as the device is wide that starts as far from the wall takes one evaluation.
     """
+    own = getattr(surface, "first_root", None)
+    if own is not None:
+        found: Floats = own(start, end, tolerance)
+        return found
     motion = end - start
     rate = surface.lipschitz(start, end) * np.linalg.norm(motion, axis=1)
     depth = 0.1 * tolerance * surface.lipschitz(start, end)
@@ -41,6 +50,70 @@ def first_root(surface: Surface, start: Floats, end: Floats, tolerance: float) -
         low, high = np.where(inside, low, middle), np.where(inside, middle, high)
     root[crossed] = high
     return root
+
+
+def nearest(surface: Surface, x: Floats, guess: Floats | None = None) -> Foot:
+    """Signed distance, closest point, normal and Hessian of the distance for each x, by Newton's method.
+
+    Solves y − x + μ∇g(y) = 0, g(y) = 0 from `guess` (the feet of nearby points), with the multiplier's least-squares
+    estimate μ = d/|∇g|, d = n·(x − y). With S = P ∇²g P/|∇g|, P = I − n nᵀ, the distance has the Hessian
+    S (I + d S)⁻¹. Where there is no guess, or Newton's method does not settle on a nearer point, `closest_points`
+    finds one. Plain surfaces and convolution surfaces have a `nearest` of their own.
+    """
+    own = getattr(surface, "nearest", None)
+    if own is not None:
+        foot: Foot = own(x, guess)
+        return foot
+    if guess is None:
+        return _feet(surface, x, closest_points(surface, x))
+    y = guess.copy()
+    rounding = 1e-14 * (1e-300 + np.abs(x).max(axis=1, initial=0.0))
+    moving = np.arange(len(x))
+    for _ in range(12):
+        at = y[moving]
+        gradient = surface.gradient(at)
+        size = np.linalg.norm(gradient, axis=1)
+        d = _dot(x[moving] - at, gradient) / size
+        M, n = _bent(surface, at, gradient, d)
+        along = (-surface.potential(at) / size)[:, None] * n
+        tangential = x[moving] - at - d[:, None] * n
+        step = np.linalg.solve(M, (tangential - _times(M, along) + along)[:, :, None])[:, :, 0]
+        step += (_dot(along, n) - _dot(step, n))[:, None] * n
+        y[moving] += step
+        moving = moving[np.linalg.norm(step, axis=1) > rounding[moving]]
+        if not moving.size:
+            break
+    # Four times round-off may remain where the surface is steep; what is further off has not settled.
+    if moving.size:
+        y[moving] = closest_points(surface, x[moving])
+    return _feet(surface, x, y)
+
+
+def _feet(surface: Surface, x: Floats, y: Floats) -> Foot:
+    gradient = surface.gradient(y)
+    n = gradient / np.linalg.norm(gradient, axis=1)[:, None]
+    d = _dot(x - y, n)
+    M, _ = _bent(surface, y, gradient, d)
+    S, _ = _bent(surface, y, gradient, np.ones(len(d)))
+    flat = np.eye(x.shape[1])
+    P = flat - n[:, :, None] * n[:, None, :]
+    return Foot(d, y, n, P @ np.linalg.solve(M, S - flat) @ P)
+
+
+def _bent(surface: Surface, y: Floats, gradient: Floats, d: Floats) -> tuple[Floats, Floats]:
+    """I + d S, or I where that is singular, and n."""
+    size = np.linalg.norm(gradient, axis=1)
+    n = gradient / size[:, None]
+    flat = np.eye(y.shape[1])
+    P = flat - n[:, :, None] * n[:, None, :]
+    M = flat + (d / size)[:, None, None] * (P @ surface.hessian(y) @ P)
+    M[np.abs(np.linalg.det(M)) < 1e-6] = flat
+    return M, n
+
+
+def _times(M: Floats, v: Floats) -> Floats:
+    product: Floats = np.einsum("pij,pj->pi", M, v)
+    return product
 
 
 def closest_points(surface: Surface, x: Floats, iterations: int = 100) -> Floats:

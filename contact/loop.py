@@ -56,9 +56,10 @@ def march(system: System, scene: Scene, sink: Sink, first: int = 0, start: Float
             before = system.state()
             t = target if now + 1.0000001 * dt >= target else now + dt
             try:
-                result = step(system, t, solver.method, start, limits, solver.max_passes)
+                result = step(system, t, t - now, solver.method, start, limits, solver.max_passes)
             except (ContactNotConvergedError, InfeasibleError) as error:
-                hopeless = isinstance(error, InfeasibleError) or dt <= size / 2**solver.max_halvings
+                infeasible = isinstance(error, InfeasibleError) and system.linear
+                hopeless = infeasible or dt <= size / 2**solver.max_halvings
                 if hopeless:
                     sink(_unfinished(system, number, t, dt, substeps))
                     raise

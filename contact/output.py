@@ -8,11 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from contact.devices import DeviceContact
 from contact.loop import AcceptedStep
 from contact.pairs import FiniteSliding, PointToPoint
 from contact.points import ContactPoints
 from contact.record import Grid, StepData
+from contact.step import StepResult
 from contact.system import System
+from fem.beam import Beam
 from fem.body import Body
 from fem.elasticity import Elasticity
 
@@ -35,19 +38,38 @@ class Gatherer:
         self.first = dict(zip(system.bodies, np.cumsum([0, *counts[:-1]]).tolist(), strict=True))
         self.total = sum(counts)
         self.originals = {body: self._originals(body) for body in system.bodies}
+        self.radius = self._device_radius()
 
     def _originals(self, body: Body) -> Ints:
         """The mesh's number of each node, by its distributed number; replicated."""
         piece = body.space.piece
-        parts: list[Ints] = self.comm.allgather(piece.original[: piece.owned])
+        parts: list[Ints] = body.comm.allgather(piece.original[: piece.owned])
         return np.concatenate(parts)
+
+    def _device_radius(self) -> Floats | None:
+        """Outer radius of beams at all nodes [m], zero elsewhere; None where there is none."""
+        if not any(isinstance(body, Beam) for body in self.system.bodies):
+            return None
+        radius = np.zeros(self.total)
+        for body in self.system.bodies:
+            if isinstance(body, Beam):
+                first = self.first[body]
+                radius[first : first + len(body.x)] = np.append(body.radius, body.radius[-1])
+        return radius
+
+    def _gather(self, body: Body, mine: Any) -> list[Any] | None:
+        """Every rank's share, on rank 0; a body that each rank has all of is given by rank 0 alone."""
+        if body.comm.size < self.comm.size:
+            return [mine] if self.comm.rank == 0 else None
+        shares: list[Any] | None = self.comm.gather(mine)
+        return shares
 
     def nodes(self, values: dict[Body, Floats]) -> Floats | None:
         """One array over all nodes from local nodal values (nodes, …) of each body, on rank 0."""
         result = None
         for body, local in values.items():
-            parts = self.comm.gather(local[: body.space.piece.owned])
-            if self.comm.rank == 0:
+            parts = self._gather(body, local[: body.space.piece.owned])
+            if parts is not None:
                 joined = np.concatenate(parts)
                 if result is None:
                     result = np.zeros((self.total, *joined.shape[1:]))
@@ -56,18 +78,18 @@ class Gatherer:
 
     def cells(self, values: dict[Body, Floats]) -> Floats | None:
         """One array over all cells from this rank's cell values of each body, on rank 0."""
-        parts = [self.comm.gather(values[body]) for body in self.system.bodies]
-        return np.concatenate([np.concatenate(p) for p in parts]) if self.comm.rank == 0 else None
+        parts = [self._gather(body, values[body]) for body in self.system.bodies]
+        return np.concatenate([np.concatenate(p) for p in parts if p is not None]) if self.comm.rank == 0 else None
 
     def grid(self) -> Grid | None:
         """The undeformed bodies, on rank 0."""
         points = self.nodes({b: _in_space(b.points) for b in self.system.bodies})
-        lists = [self.comm.gather(b.space.piece.original[b.space.piece.cells]) for b in self.system.bodies]
+        lists = [self._gather(b, b.space.piece.original[b.space.piece.cells]) for b in self.system.bodies]
         if points is None:
             return None
         connectivity, sizes, types, body = [], [], [], []
         for number, (b, parts) in enumerate(zip(self.system.bodies, lists, strict=True)):
-            cells = np.concatenate(parts)
+            cells = np.concatenate(parts or [])
             connectivity.append((self.first[b] + cells).ravel())
             sizes.append(np.full(len(cells), cells.shape[1]))
             types.append(np.full(len(cells), VTK_TYPES[b.space.dim, cells.shape[1]], dtype=np.uint8))
@@ -84,14 +106,20 @@ class Gatherer:
         checkpoint = self._checkpoint(result.lam)
         if displacement is None:
             return None
-        parts = result.linearisation.constraints
-        places = np.concatenate([np.zeros((0, 3)), *[_in_space(c.places) for c in parts]])
-        normals = np.concatenate([np.zeros((0, 3)), *[_in_space(c.normals) for c in parts]])
-        owner, nodes, areas = self._contact_nodes()
+        rows, owner, nodes, areas, point, normals = self._contacts(result, displacement)
+        lam = result.lam[rows]
         pressure, force, status = np.zeros(self.total), np.zeros((self.total, 3)), np.zeros(self.total)
-        np.add.at(pressure, nodes, np.where(areas > 0, result.lam / np.where(areas > 0, areas, 1.0), 0.0))
-        np.add.at(force, nodes, result.lam[:, None] * normals)
-        np.maximum.at(status, nodes, (result.lam > 0).astype(float))
+        np.add.at(pressure, nodes, np.where(areas > 0, lam / np.where(areas > 0, areas, 1.0), 0.0))
+        np.add.at(force, nodes, lam[:, None] * normals)
+        np.maximum.at(status, nodes, (lam > 0).astype(float))
+        point_data = {
+            "displacement": displacement,
+            "contact_pressure": pressure,
+            "contact_force": force,
+            "status": status,
+        }
+        if self.radius is not None:
+            point_data["radius"] = self.radius
         return StepData(
             time=accepted.time,
             dt=accepted.dt,
@@ -102,36 +130,49 @@ class Gatherer:
             converged=accepted.converged,
             certificate=asdict(result.certificate),
             seconds=accepted.seconds,
-            point_data={
-                "displacement": displacement,
-                "contact_pressure": pressure,
-                "contact_force": force,
-                "status": status,
-            },
+            point_data=point_data,
             cell_data={} if stress is None else {"stress": stress},
-            lam=result.lam,
-            gap=result.gap,
-            point=places + displacement[nodes],
+            lam=lam,
+            gap=result.gap[rows],
+            point=point,
             normal=normals,
             body=owner,
-            status=(result.lam > 0).astype(np.int64),
+            status=(lam > 0).astype(np.int64),
             checkpoint=checkpoint,
         )
 
-    def _contact_nodes(self) -> tuple[Ints, Ints, Floats]:
-        """Body, node (numbered over all bodies) and area of each constraint."""
-        owner, nodes, areas = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)], [np.zeros(0)]
-        for pair in self.system.pairs:
-            points: ContactPoints = pair.points  # type: ignore[attr-defined]
-            owner.append(np.full(points.count, self.system.bodies.index(points.body)))
-            nodes.append(self.first[points.body] + self.originals[points.body][points.numbers])
-            areas.append(points.areas)
-        return np.concatenate(owner), np.concatenate(nodes), np.concatenate(areas)
+    def _contacts(self, result: StepResult, displacement: Floats) -> tuple[Ints, Ints, Ints, Floats, Floats, Floats]:
+        """The constraints of the record: rows, bodies, nodes (over all bodies), areas, points and normals.
+
+        Of a device these are its candidates; its points are those of the wall.
+        """
+        found: list[tuple[Any, ...]] = []
+        start = 0
+        for pair, part in zip(self.system.pairs, result.linearisation.constraints, strict=True):
+            normals = _in_space(part.normals)
+            if isinstance(pair, DeviceContact):
+                rows = np.flatnonzero(pair.candidates)
+                nodes = self.first[pair.body] + pair.nearest_nodes()[rows]
+                body, areas, point = pair.body, pair.areas[rows], pair.foot.point[rows]
+            else:
+                points: ContactPoints = pair.points  # type: ignore[attr-defined]
+                rows = np.arange(part.count)
+                nodes = self.first[points.body] + self.originals[points.body][points.numbers]
+                body, areas, point = points.body, points.areas, _in_space(part.places) + displacement[nodes]
+            owner = np.full(len(rows), self.system.bodies.index(body))
+            found.append((start + rows, owner, nodes, areas, point, normals[rows]))
+            start += part.count
+        if not found:
+            none = np.zeros(0, dtype=np.int64)
+            return none, none, none, np.zeros(0), np.zeros((0, 3)), np.zeros((0, 3))
+        rows, owner, nodes, areas, point, normals = (np.concatenate(parts) for parts in zip(*found, strict=True))
+        return rows, owner, nodes, areas, point, normals
 
     def _checkpoint(self, lam: Floats) -> dict[str, Any]:
         state: dict[str, Any] = {"lambda": lam, "ranks": np.array([self.comm.size])}
         for number, body in enumerate(self.system.bodies):
-            state[f"x/{number}"] = np.concatenate(self.comm.allgather(body.owned(body.u)))
+            for name, mine in body.checkpoint().items():
+                state[f"{name}/{number}"] = np.concatenate(body.comm.allgather(mine))
         for number, pair in enumerate(self.system.pairs):
             if isinstance(pair, FiniteSliding):
                 state[f"met/{number}"] = pair.met.astype(np.int64)
@@ -151,12 +192,15 @@ class Gatherer:
         if ranks != self.comm.size:
             raise ValueError(f"resume: the record was written by {ranks} ranks, must go on with as many")
         for number, body in enumerate(self.system.bodies):
-            x = np.asarray(state.get(f"x/{number}", np.zeros(0)))
-            if len(x) != body.space.size:
+            saved = {
+                key.rpartition("/")[0]: np.asarray(value) for key, value in state.items() if key.endswith(f"/{number}")
+            }
+            size = np.size(saved.get("x", ()))
+            if size != body.checkpoint()["x"].size and body.comm.allreduce(body.checkpoint()["x"].size) != size:
                 raise ValueError(
-                    f"resume: the record's body {number} has {len(x)} unknowns, the scene's {body.space.size}"
+                    f"resume: the record's body {number} has {size} unknowns, the scene's {body.space.size}"
                 )
-            body.u = body.space.local(x[body.space.first : body.space.first + body.space.owned])
+            body.resume(_share(body, saved))
         for number, pair in enumerate(self.system.pairs):
             if isinstance(pair, FiniteSliding):
                 pair.met = np.asarray(state[f"met/{number}"]).astype(bool)
@@ -164,6 +208,14 @@ class Gatherer:
                 pair.accept()
         lam: Floats = np.asarray(state["lambda"])
         return lam
+
+
+def _share(body: Body, saved: dict[str, Floats]) -> dict[str, Floats]:
+    """This rank's part of the values of a checkpoint."""
+    if isinstance(body, Beam):
+        return saved
+    mine = slice(body.space.first, body.space.first + body.space.owned)
+    return {name: values[mine] for name, values in saved.items() if name in ("x", "v")}
 
 
 def _in_space(x: Floats) -> Floats:

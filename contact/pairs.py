@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from contact.detection import closest_points, first_root, root_along
 from contact.points import ContactPoints
+from contact.rows import Rows, SparseRows
 from contact.surfaces import Surface
 from fem.body import Body
 
@@ -32,13 +32,15 @@ class Constraints:
     offset : replicated, (c) [m]
     normals, places : unit normals and undeformed positions, replicated, (c, D)
     areas : replicated, (c)
+    length : what gaps are measured against: the body's size, a device's radius [m]
     """
 
-    H: dict[Body, sp.csr_array]
+    H: dict[Body, Rows]
     offset: Floats
     normals: Floats
     places: Floats
     areas: Floats
+    length: float
 
     @property
     def count(self) -> int:
@@ -54,17 +56,46 @@ class Pair(Protocol):
     def start(self) -> None:
         """Check the initial state; ValueError for an interference that nobody declared."""
 
+    def begin(self) -> None:
+        """A step begins."""
+
+    def moved(self) -> None:
+        """The bodies have moved within the step."""
+
     def detect(self) -> Constraints | None:
         """Linear constraints about the present state; None where they are those of the last call."""
 
     def gaps(self) -> Floats:
         """True gaps of the present state, in the order of the last constraints, (c) [m]."""
 
+    def stiffen(self, lam: Floats) -> None:
+        """Tell the bodies the curvature of the surface under forces λ (c), for their next A."""
+
+    def crossed(self) -> bool:
+        """Whether a point went through the surface on its way from the last accepted state."""
+
     def accept(self) -> None:
         """Take the present state as the start of the next step's motion."""
 
 
-class SmallSliding:
+class _Unbent:
+    """Of a pair whose bodies deform little: curvature stays out of A, and the certificate's gaps say all."""
+
+    def begin(self) -> None:
+        """Nothing."""
+
+    def moved(self) -> None:
+        """Nothing."""
+
+    def stiffen(self, lam: Floats) -> None:
+        """Nothing."""
+
+    def crossed(self) -> bool:
+        """Never, where the gaps are not negative."""
+        return False
+
+
+class SmallSliding(_Unbent):
     """Points whose gap is measured along fixed normals from their undeformed positions.
 
     The normal of a point is `direction` where given (the gap is then the distance to the surface along it: the linear
@@ -109,7 +140,12 @@ class SmallSliding:
         p = self.points
         normals = p.mean(self.normals)
         self._constraints = Constraints(
-            {p.body: p.matrix(self.normals)}, p.mean(self._distances()), normals, p.places, p.areas
+            {p.body: SparseRows(p.matrix(self.normals))},
+            p.mean(self._distances()),
+            normals,
+            p.places,
+            p.areas,
+            p.body.size,
         )
         return self._constraints
 
@@ -122,7 +158,7 @@ class SmallSliding:
         """Nothing: the constraints do not depend on the motion."""
 
 
-class FiniteSliding:
+class FiniteSliding(_Unbent):
     """Points that meet the surface somewhere along their motion; tangent planes follow the deformed positions.
 
     The first pass of a step takes, for each point, the plane where its motion from the last accepted state first meets
@@ -167,7 +203,12 @@ class FiniteSliding:
         normals /= np.linalg.norm(normals, axis=1)[:, None]
         offset = p.mean(np.einsum("qd,qd->q", X - foot, normals))
         return Constraints(
-            {p.body: p.matrix(normals)}, np.where(self.met, offset, np.inf), p.mean(normals), p.places, p.areas
+            {p.body: SparseRows(p.matrix(normals))},
+            np.where(self.met, offset, np.inf),
+            p.mean(normals),
+            p.places,
+            p.areas,
+            p.body.size,
         )
 
     def gaps(self) -> Floats:
@@ -176,7 +217,7 @@ class FiniteSliding:
         return self.points.mean(signed_distance(self.surface, x))
 
 
-class PointToPoint:
+class PointToPoint(_Unbent):
     """One tagged point of a body ahead of one of another body: δ = n·(x₁ − x₂)."""
 
     def __init__(
@@ -204,10 +245,11 @@ class PointToPoint:
             return None
         p, o = self.points, self.others
         H = {
-            p.body: p.matrix(np.broadcast_to(self.normal, (len(p.nodes), len(self.normal)))),
-            o.body: o.matrix(np.broadcast_to(-self.normal, (len(o.nodes), len(self.normal)))),
+            p.body: SparseRows(p.matrix(np.broadcast_to(self.normal, (len(p.nodes), len(self.normal))))),
+            o.body: SparseRows(o.matrix(np.broadcast_to(-self.normal, (len(o.nodes), len(self.normal))))),
         }
-        self._constraints = Constraints(H, self._positions(), self.normal[None], p.places, p.areas)
+        size = max(p.body.size, o.body.size)
+        self._constraints = Constraints(H, self._positions(), self.normal[None], p.places, p.areas, size)
         return self._constraints
 
     def gaps(self) -> Floats:

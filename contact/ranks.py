@@ -1,9 +1,20 @@
-"""Work of rank 0 whose failure every rank must learn of."""
+"""Sums over ranks, and work of rank 0 whose failure every rank must learn of."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def total(comm: Any, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The sum of `values` over the ranks. Collective, and free of charge on one rank."""
+    if comm.size == 1:
+        return values
+    result: NDArray[np.float64] = comm.allreduce(values)
+    return result
 
 
 def on_root[T](comm: Any, work: Callable[[], T]) -> T | None:

@@ -7,7 +7,6 @@ the same models in Python, where a value may also be a function (x, t).
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -16,38 +15,18 @@ from pydantic import (
     ConfigDict,
     Discriminator,
     Field,
-    PlainValidator,
     Tag,
     ValidationError,
     field_validator,
     model_validator,
 )
 
-from contact.expression import Expression
+from contact.scene_devices import BeamTable, is_beam
+from contact.scene_surfaces import BodyPointTable, Obstacle, SurfaceTable
+from contact.tables import Name, NotNegative, Number, Positive, Table, Value, Vector, check_value
 from meshes.mesh import Mesh
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Number = Annotated[float, Field(allow_inf_nan=False)]
-Vector = Annotated[list[Number], Field(min_length=1, max_length=3)]
-Name = Annotated[str, Field(min_length=1)]
 Component = Literal["x", "y", "z", "r", "u"]
-Function = Callable[..., Any]
-Value = Number | str | Function
-
-
-class Table(BaseModel):
-    """A table of a scene: typed, frozen, and without keys that nobody reads."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, arbitrary_types_allowed=True)
-
-
-def _check_value(value: Any) -> Any:
-    parts = value if isinstance(value, list) else [value]
-    for part in parts:
-        if isinstance(part, str):
-            Expression(part)
-    return value
 
 
 class MeshFile(Table):
@@ -111,7 +90,7 @@ class SupportTable(Table):
     component: Component | None = Field(None, description="one direction; all of them where left out")
     value: Value = Field(0.0, description="displacement [m], a number or an expression in x, y, z [m] and t [s]")
 
-    _value = field_validator("value")(_check_value)
+    _value = field_validator("value")(check_value)
 
 
 class LoadTable(Table):
@@ -124,7 +103,7 @@ class LoadTable(Table):
         "numbers or expressions"
     )
 
-    _value = field_validator("value")(_check_value)
+    _value = field_validator("value")(check_value)
 
     @model_validator(mode="after")
     def _tagged(self) -> LoadTable:
@@ -143,8 +122,17 @@ class BodyTable(Table):
     mesh: MeshSource = Field(description="a generator's `shape` and parameters, or a `file`")
     material: Material | None = None
     guided: bool = Field(False, description="a rigid body that does not rotate")
-    supports: list[SupportTable] = []
-    loads: list[LoadTable] = []
+    density: NotNegative = Field(0.0, description="[kg/m^3]; of a bar or string per length, of a membrane per area")
+    mass: Literal["consistent", "lumped"] = "consistent"
+    rayleigh: Annotated[list[NotNegative], Field(min_length=2, max_length=2)] = Field(
+        [0.0, 0.0], description="a [1/s], b [s] of the damping a M + b K"
+    )
+    velocity: Value | list[Number | str] = Field(0.0, description="at the start [m/s], one entry per component")
+    displacement: Value | list[Number | str] = Field(0.0, description="at the start [m]")
+    supports: list[SupportTable] = Field([])
+    loads: list[LoadTable] = Field([])
+
+    _values = field_validator("velocity", "displacement")(check_value)
 
     @model_validator(mode="after")
     def _consistent(self) -> BodyTable:
@@ -161,96 +149,15 @@ class BodyTable(Table):
         return self
 
 
-class PlaneTable(Table):
-    """The half-space n·(x − p) ≥ 0."""
-
-    kind: Literal["plane"]
-    point: Vector = Field(description="[m]")
-    normal: Vector = Field(description="points to the allowed side")
+def _body_kind(value: Any) -> str:
+    """Which model a body's table follows."""
+    return "beam" if is_beam(value) else "mesh"
 
 
-class RoundTable(Table):
-    """A sphere or circle, or a cylinder along `axis`."""
-
-    kind: Literal["sphere", "cylinder"]
-    centre: Vector = Field(description="[m]")
-    radius: Positive = Field(description="[m]")
-    axis: Vector | None = Field(None, description="direction of a cylinder")
-    inside: bool = Field(False, description="whether bodies stay inside")
-
-    @model_validator(mode="after")
-    def _axis(self) -> RoundTable:
-        if (self.axis is None) == (self.kind == "cylinder"):
-            raise ValueError(f"axis = {self.axis!r}: a cylinder needs one, a sphere has none")
-        return self
-
-
-class GraphTable(Table):
-    """A height over the plane of the first coordinates, with its pole at `origin`."""
-
-    origin: Vector = Field(description="[m]")
-    downward: bool = Field(False, description="the obstacle is above the body")
-
-
-class ParaboloidTable(GraphTable):
-    """A parabola or paraboloid with radius of curvature `radius` at its pole."""
-
-    kind: Literal["paraboloid"]
-    radius: Positive = Field(description="[m]")
-
-
-class ConeTable(GraphTable):
-    """A wedge (plane) or cone (space, axisymmetry)."""
-
-    kind: Literal["cone"]
-    slope: Positive = Field(description="tan α of the angle between its surface and the plane")
-
-
-class SinusoidTable(GraphTable):
-    """Waves along x."""
-
-    kind: Literal["sinusoid"]
-    amplitude: Positive = Field(description="half the height of a wave [m]")
-    wavelength: Positive = Field(description="[m]")
-
-
-class DomeTable(GraphTable):
-    """A hemisphere, continued by its tangent cone beyond r = `rim`."""
-
-    kind: Literal["dome"]
-    radius: Positive = Field(description="[m]")
-    rim: Positive = Field(description="[m], below the radius")
-
-    @model_validator(mode="after")
-    def _rim(self) -> DomeTable:
-        if self.rim >= self.radius:
-            raise ValueError(f"rim = {self.rim}: must be below the radius {self.radius}")
-        return self
-
-
-class BodyPointTable(Table):
-    """One tagged point of another body; `normal` points from it to the body in contact."""
-
-    kind: Literal["point"]
-    body: Name
-    tag: Name
-    normal: Vector
-
-
-SurfaceTable = Annotated[
-    PlaneTable | RoundTable | ParaboloidTable | ConeTable | SinusoidTable | DomeTable | BodyPointTable,
-    Field(discriminator="kind"),
+AnyBody = Annotated[
+    Annotated[BodyTable, Tag("mesh")] | Annotated[BeamTable, Tag("beam")],
+    Discriminator(_body_kind),
 ]
-
-
-def _obstacle(value: Any) -> Any:
-    """Any object with the methods of `contact.surfaces.Surface`."""
-    if not all(callable(getattr(value, name, None)) for name in ("potential", "gradient", "lipschitz")):
-        raise ValueError("must be a table with a known kind, or an object with potential, gradient and lipschitz")
-    return value
-
-
-Obstacle = Annotated[Any, PlainValidator(_obstacle)]
 
 
 class ContactTable(Table):
@@ -258,7 +165,8 @@ class ContactTable(Table):
 
     name: Name = "contact"
     body: Name
-    tag: Name
+    tag: Name | None = Field(None, description="of the mesh; a beam touches with all of its length")
+    samples: Annotated[int, Field(ge=1)] | None = Field(None, description="contact points per element of a beam (2)")
     surface: SurfaceTable | Obstacle = Field(
         description="plane, sphere, cylinder, paraboloid, cone, sinusoid, dome, or point"
     )
@@ -276,6 +184,17 @@ class ContactTable(Table):
             raise ValueError(f"direction = {self.direction}: only small sliding has a fixed direction")
         return self
 
+    def check_body(self, beam: bool) -> None:
+        """ValueError for keys that the contact of a beam, or of a mesh, does not have."""
+        if (self.tag is None) != beam:
+            raise ValueError(f"contact.tag = {self.tag!r}: a beam has none, a mesh needs one")
+        if not beam and self.samples is not None:
+            raise ValueError(f"contact.samples = {self.samples}: only a beam has them")
+        if beam and (self.direction is not None or self.constraint != "nodal" or self.sliding != "small"):
+            raise ValueError("contact.constraint, sliding, direction: not of a beam, whose contact follows the motion")
+        if beam and isinstance(self.surface, BodyPointTable):
+            raise ValueError("contact.surface.kind = 'point': a beam touches surfaces only")
+
 
 class SolverTable(Table):
     """How contact is solved and what is accepted."""
@@ -290,10 +209,11 @@ class SolverTable(Table):
 
 
 class TimeTable(Table):
-    """Quasi-static steps up to `end`; loads and displacements may depend on t."""
+    """Steps up to `end`; loads and displacements may depend on t."""
 
     end: Positive = Field(default=1.0, description="[s]")
     steps: Annotated[int, Field(ge=1)] = 1
+    integrator: Literal["static", "implicit-euler", "midpoint"] = "static"
 
 
 class ExactTable(Table):
@@ -301,14 +221,14 @@ class ExactTable(Table):
 
     pressure: str | None = Field(default=None, description="contact pressure [Pa], an expression in x, y, z [m]")
 
-    _pressure = field_validator("pressure")(_check_value)
+    _pressure = field_validator("pressure")(check_value)
 
 
 class Scene(Table):
     """A scene."""
 
     title: str = ""
-    bodies: Annotated[list[BodyTable], Field(min_length=1, alias="body")]
+    bodies: Annotated[list[AnyBody], Field(min_length=1, alias="body")]
     contacts: list[ContactTable] = Field([], alias="contact")
     solver: SolverTable = SolverTable()
     time: TimeTable = TimeTable()
@@ -317,6 +237,7 @@ class Scene(Table):
     @model_validator(mode="after")
     def _names(self) -> Scene:
         names = [body.name for body in self.bodies]
+        beams = {body.name for body in self.bodies if isinstance(body, BeamTable)}
         if len(set(names)) < len(names):
             raise ValueError(f"body names {names}: must differ")
         for contact in self.contacts:
@@ -324,6 +245,7 @@ class Scene(Table):
             for name in [contact.body, *others]:
                 if name not in names:
                     raise ValueError(f"contact.body = {name!r}: must be one of {', '.join(names)}")
+            contact.check_body(contact.body in beams)
         return self
 
 
@@ -359,6 +281,7 @@ def first_error(error: ValidationError) -> str:
     parts = [str(part) if isinstance(part, str) else part for part in found["loc"]]
     branch = {i + 1 for i, part in enumerate(parts) if isinstance(part, str) and part.startswith("tagged-union")}
     branch |= {i + 1 for i, part in enumerate(parts) if part in ("mesh", "material")}
+    branch |= {2} if parts[0] == "body" and len(parts) > 2 else set()
     branch |= {i - 1 for i in branch if str(parts[i - 1]).startswith("tagged-union")}
     steps = [p for i, p in enumerate(parts) if i not in branch]
     key = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in steps).lstrip(".")

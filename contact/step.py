@@ -14,6 +14,8 @@ from contact.system import Linearisation, System
 
 Floats = NDArray[np.float64]
 
+CONTRACTING = 0.2  # a pass that leaves more than this part of the residual does not contract: A is formed anew
+
 
 @dataclass(frozen=True)
 class StepResult:
@@ -35,41 +37,46 @@ class StepResult:
 def step(
     system: System,
     t: float,
+    dt: float = 1.0,
     method: str = "status",
     start: Floats | None = None,
     tolerances: Tolerances | None = None,
     max_passes: int = 20,
 ) -> StepResult:
-    """Advance the system to time t with contact.
+    """Advance the system by dt to time t with contact.
 
     Raises
     ------
     ContactNotConvergedError
-        where the certificate is missed after `max_passes` passes, or the contact method stops early.
+        where the certificate is missed after `max_passes` passes, the contact method stops early, or a point would pass
+        through a wall.
     InfeasibleError
         where no contact force balances the load.
     """
-    tolerances, iterations = tolerances or Tolerances(), 0
+    tolerances, iterations, residual = tolerances or Tolerances(), 0, 1.0
+    lam = start
 
-    system.free_motion(t)
-    free = system.state()
+    system.begin(t, dt, start)
+    system.free_motion(start)
     contacts = system.detect()
 
     for number in range(1, max_passes + 1):
-        system.restore(free)
         problem = system.problem(contacts)
         with system.clock("solve"):
-            solution = solve(problem, method, contacts.on_rows(start))
+            solution = solve(problem, method, contacts.on_rows(lam))
         system.correct(contacts, solution)
         corrected = system.detect()
 
         lam, iterations = contacts.full(solution.lam), iterations + solution.iterations
         certificate = certify(system, contacts, lam, contacts.full(problem.q, np.inf), corrected)
         if certificate.within(tolerances):
-            system.accept()
+            if wall := system.crossed():
+                raise ContactNotConvergedError(f"a point of {wall!r} passes through a wall", iterations, np.inf)
             gap = system.gaps()
-            return StepResult(lam, gap, contacts, problem, certificate, number, iterations, solution.details)
-        start, contacts = lam, corrected
+            system.accept()
+            return StepResult(lam, gap, corrected, problem, certificate, number, iterations, solution.details)
+        contracting = certificate.residual <= CONTRACTING * residual
+        residual = certificate.residual
+        contacts = system.relinearise(contacts, corrected, lam, contracting)
 
-    worst = max(certificate.complementarity, certificate.equilibrium)
-    raise ContactNotConvergedError("the passes of detection and correction did not settle", iterations, worst)
+    raise ContactNotConvergedError("the passes of detection and correction did not settle", iterations, residual)

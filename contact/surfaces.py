@@ -7,7 +7,7 @@ Distances to the plane, the sphere and the cylinder are exact; elsewhere `closes
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +16,26 @@ from scipy.linalg import null_space
 Floats = NDArray[np.float64]
 
 
+class Foot(NamedTuple):
+    """The closest points of a surface.
+
+    distance : signed, positive on the allowed side, (q) [m]
+    point, normal : closest point y and the unit normal there, which is the gradient of the distance at x, (q, D)
+    curvature : the Hessian of the distance at x, (q, D, D) [1/m]
+    """
+
+    distance: Floats
+    point: Floats
+    normal: Floats
+    curvature: Floats
+
+
 class Surface(Protocol):
-    """An implicit surface in D dimensions; x has shape (points, D) [m]."""
+    """An implicit surface in D dimensions; x has shape (points, D) [m].
+
+    A surface that knows its closest points or first roots better than `contact.detection` does has methods
+    ``nearest(x, guess)`` or ``first_root(start, end, tolerance)`` of its own.
+    """
 
     def potential(self, x: Floats) -> Floats:
         """g(x), (points)."""
@@ -28,8 +46,40 @@ class Surface(Protocol):
     def lipschitz(self, a: Floats, b: Floats) -> Floats:
         """A bound of |∇g| on each segment from a to b, (points)."""
 
+    def hessian(self, x: Floats) -> Floats:
+        """∇²g(x), (points, D, D)."""
 
-class Plane:
+    def lower_bound(self, x: Floats) -> Floats:
+        """A signed distance that is nowhere larger in magnitude than the true one, cheap, (points) [m]."""
+
+
+class _Distance:
+    """What follows where g is the signed distance itself."""
+
+    def potential(self, x: Floats) -> Floats:
+        raise NotImplementedError
+
+    def gradient(self, x: Floats) -> Floats:
+        raise NotImplementedError
+
+    def hessian(self, x: Floats) -> Floats:
+        raise NotImplementedError
+
+    def lipschitz(self, a: Floats, b: Floats) -> Floats:
+        """One."""
+        return np.ones(len(a))
+
+    def lower_bound(self, x: Floats) -> Floats:
+        """The distance."""
+        return self.potential(x)
+
+    def nearest(self, x: Floats, guess: Floats | None = None) -> Foot:
+        """x − g ∇g, without iterations."""
+        g, n = self.potential(x), self.gradient(x)
+        return Foot(g, x - g[:, None] * n, n, self.hessian(x))
+
+
+class Plane(_Distance):
     """The half-space n·(x − p) ≥ 0, with `normal` n pointing to the allowed side."""
 
     def __init__(self, point: Floats, normal: Floats) -> None:
@@ -45,12 +95,12 @@ class Plane:
         """The normal."""
         return np.tile(self.normal, (len(x), 1))
 
-    def lipschitz(self, a: Floats, b: Floats) -> Floats:
-        """One."""
-        return np.ones(len(a))
+    def hessian(self, x: Floats) -> Floats:
+        """Zero."""
+        return np.zeros((len(x), len(self.normal), len(self.normal)))
 
 
-class Sphere:
+class Sphere(_Distance):
     """A ball (or disc in 2D) of `radius` about `centre`; bodies stay outside, or inside where `inside`."""
 
     def __init__(self, centre: Floats, radius: float, inside: bool = False) -> None:
@@ -74,9 +124,15 @@ class Sphere:
         gradient: Floats = self.sign * (d / _radius(d)[:, None]) @ self.across.T
         return gradient
 
-    def lipschitz(self, a: Floats, b: Floats) -> Floats:
-        """One."""
-        return np.ones(len(a))
+    def hessian(self, x: Floats) -> Floats:
+        """±(I − n nᵀ)/|x − c| in the round directions; zero at the centre."""
+        d = self._offset(x)
+        r = _radius(d)[:, None, None]
+        n = self.gradient(x) @ self.across
+        across = np.eye(n.shape[1]) - n[:, :, None] * n[:, None, :]
+        bent = self.sign * np.divide(across, r, out=np.zeros_like(across), where=r > 0)
+        hessian: Floats = self.across @ bent @ self.across.T
+        return hessian
 
 
 class Cylinder(Sphere):
@@ -85,6 +141,47 @@ class Cylinder(Sphere):
     def __init__(self, point: Floats, axis: Floats, radius: float, inside: bool = False) -> None:
         super().__init__(point, radius, inside)
         self.across = null_space(np.atleast_2d(np.asarray(axis, dtype=float)))
+
+
+class Torus(_Distance):
+    """A tube of `radius` whose axis is the circle of radius `bend` about `centre`, across `axis`."""
+
+    def __init__(self, centre: Floats, axis: Floats, bend: float, radius: float, inside: bool = False) -> None:
+        a = np.asarray(axis, dtype=float)
+        self.centre, self.axis = np.asarray(centre, dtype=float), a / np.linalg.norm(a)
+        self.bend, self.radius, self.sign = bend, radius, -1.0 if inside else 1.0
+
+    def _polar(self, x: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        """Distance from the axis and the unit vector away from it; the same for the circle."""
+        p = x - self.centre
+        height = p @ self.axis
+        p -= height[:, None] * self.axis
+        rho = _radius(p)
+        out = np.divide(p, rho[:, None], out=np.zeros_like(p), where=rho[:, None] > 0)
+        q = (rho - self.bend)[:, None] * out + height[:, None] * self.axis
+        s = np.hypot(rho - self.bend, height)
+        # On the circle every direction across it leads to the wall.
+        away = np.divide(q, s[:, None], out=np.tile(self.axis, (len(x), 1)), where=s[:, None] > 0)
+        return rho, out, s, away
+
+    def potential(self, x: Floats) -> Floats:
+        """±(√((ρ − R)² + z²) − r)."""
+        return self.sign * (self._polar(x)[2] - self.radius)
+
+    def gradient(self, x: Floats) -> Floats:
+        """The unit vector away from the circle, or towards it."""
+        return self.sign * self._polar(x)[3]
+
+    def hessian(self, x: Floats) -> Floats:
+        """±[b bᵀ/s + (ρ − R)/(s ρ) t tᵀ], t along the circle, b across t and the gradient; zero on the circle."""
+        rho, out, s, away = self._polar(x)
+        t = np.cross(self.axis, out)
+        b = np.cross(t, away)
+        around = np.divide(1.0, s, out=np.zeros_like(s), where=s > 0)
+        along = np.divide((rho - self.bend) * around, rho, out=np.zeros_like(s), where=rho > 0)
+        return self.sign * (
+            around[:, None, None] * b[:, :, None] * b[:, None, :] + along[:, None, None] * t[:, :, None] * t[:, None, :]
+        )
 
 
 class Graph:
@@ -126,6 +223,35 @@ class Graph:
         steepest = self.steepest((a - self.origin)[:, :-1], (b - self.origin)[:, :-1])
         bound: Floats = np.sqrt(1 + steepest**2)
         return bound
+
+    def hessian(self, x: Floats) -> Floats:
+        """−∇²φ by central differences of ∇φ with steps of 6e-6 of the distance from the pole."""
+        y = (x - self.origin)[:, :-1]
+        hessian = np.zeros((len(x), x.shape[1], x.shape[1]))
+        hessian[:, :-1, :-1] = -_differences(self.slope, y)
+        return hessian
+
+    def lower_bound(self, x: Floats) -> Floats:
+        """g/√(1 + sup|∇φ|²) over |g| about x: no point of the graph is further away than along its height."""
+        g, y = self.potential(x), (x - self.origin)[:, :-1]
+        r = _radius(y)
+        y[r == 0, 0] = 1e-300
+        furthest = y * (1 + np.abs(g) / np.maximum(r, 1e-300))[:, None]
+        steepest = self.steepest(furthest, furthest)
+        bound: Floats = g / np.sqrt(1 + steepest**2)
+        return bound
+
+
+def _differences(gradient: Callable[[Floats], Floats], x: Floats) -> Floats:
+    """The symmetric part of central differences of a gradient."""
+    step = 6e-6 * np.maximum(_radius(x), 1e-3)
+    columns = []
+    for e in np.eye(x.shape[1]):
+        d = step[:, None] * e
+        columns.append((gradient(x + d) - gradient(x - d)) / (2 * step[:, None]))
+    H = np.stack(columns, axis=2)
+    symmetric: Floats = (H + H.transpose(0, 2, 1)) / 2
+    return symmetric
 
 
 def _furthest(a: Floats, b: Floats) -> Floats:
@@ -207,3 +333,12 @@ class Potential:
     def lipschitz(self, a: Floats, b: Floats) -> Floats:
         """The bound given."""
         return np.full(len(a), self._bound)
+
+    def hessian(self, x: Floats) -> Floats:
+        """Central differences of ∇g with steps of 6e-6 |x|."""
+        return _differences(self.gradient, x)
+
+    def lower_bound(self, x: Floats) -> Floats:
+        """g over the bound of |∇g|."""
+        g: Floats = self.potential(x) / self._bound
+        return g

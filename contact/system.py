@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from copy import copy
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -14,8 +16,11 @@ from petsc4py import PETSc
 from contact.clock import Clock
 from contact.delassus import CompliantDelassus
 from contact.pairs import Constraints, Pair
+from contact.ranks import total
+from contact.rows import Rows, SparseRows
 from contact.solvers.problem import ContactProblem, Solution
 from fem.body import Body
+from fem.integrators import Integrator, Static
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -24,7 +29,7 @@ Ints = NDArray[np.int64]
 class TimedDelassus(CompliantDelassus):
     """A Delassus operator whose solves are charged to the phase `delassus`."""
 
-    def __init__(self, H: dict[Body, sp.csr_array], size: int, clock: Clock) -> None:
+    def __init__(self, H: dict[Body, Rows], size: int, clock: Clock) -> None:
         super().__init__(H, size)
         self._clock = clock
 
@@ -37,7 +42,7 @@ class TimedDelassus(CompliantDelassus):
 class BodyMatrices:
     """`Primal` of the deformable bodies; H becomes a PETSc matrix only when a method asks for it."""
 
-    def __init__(self, H: dict[Body, sp.csr_array]) -> None:
+    def __init__(self, H: dict[Body, Rows]) -> None:
         self._columns = H
 
     @property
@@ -48,25 +53,39 @@ class BodyMatrices:
     @cached_property
     def H(self) -> list[Any]:
         """H_b as PETSc matrices (c, n_b). Collective."""
-        return [_transposed(h.T.tocsr(), body) for body, h in self._columns.items()]
+        return [_matrix(h, body) for body, h in self._columns.items()]
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Linearisation:
     """The constraints of all pairs in one order, and the rows among them that can carry force.
 
     `H` are the columns of all owned unknowns, `free` those of the unknowns that nothing prescribes. `movable` marks the
     constraints that some unknown can move; `rows` are those among them that detection has met: the contact problem's.
+    `base` are contact forces that the free motion of the bodies includes.
     """
 
     constraints: list[Constraints]
-    H: dict[Body, sp.csr_array]
-    free: dict[Body, sp.csr_array]
+    H: dict[Body, Rows]
+    free: dict[Body, Rows]
     offset: Floats
     movable: NDArray[np.bool_]
     rows: Ints
-    W: CompliantDelassus
     G: Floats | None
+    clock: Clock
+    base: Floats | None = field(default=None)
+
+    @cached_property
+    def W(self) -> TimedDelassus:
+        """The Delassus operator on `rows`."""
+        compliant = {body: h.take(self.rows).without(body.held) for body, h in self.free.items() if body.deformable}
+        return TimedDelassus(compliant, len(self.rows), self.clock)
+
+    def with_operator(self, other: Linearisation) -> Linearisation:
+        """These constraints with the operator of an earlier linearisation."""
+        result = copy(self)
+        result.W = other.W
+        return result
 
     def full(self, values: Floats, rest: float = 0.0) -> Floats:
         """Values of all constraints from those of the rows in the problem, `rest` elsewhere."""
@@ -78,53 +97,100 @@ class Linearisation:
         """Values of the rows in the problem from those of all constraints, where these are as many."""
         return None if values is None or len(values) != len(self.offset) else values[self.rows]
 
+    @cached_property
+    def length(self) -> Floats:
+        """What the gap of each constraint is measured against, (c) [m]."""
+        return np.concatenate([np.empty(0), *[np.full(part.count, part.length) for part in self.constraints]])
+
 
 class System:
     """Bodies, and the pairs of things that may touch.
 
     Parameters
     ----------
-    comm : the communicator of all bodies
+    comm : the communicator of the run; a body's own may be a part of it
     clock : charged with the time of each phase
+    integrator : from the length of a step to the scheme in time
     """
 
-    def __init__(self, comm: Any, bodies: list[Body], pairs: list[Pair], clock: Clock | None = None) -> None:
+    def __init__(
+        self,
+        comm: Any,
+        bodies: list[Body],
+        pairs: list[Pair],
+        clock: Clock | None = None,
+        integrator: Callable[[float], Integrator] = lambda dt: Static(),
+    ) -> None:
         self.comm, self.bodies, self.pairs = comm, bodies, pairs
         self.clock = clock or Clock()
+        self.integrator = integrator
+        self.size = max((body.size for body in bodies), default=1.0)
+        self.linear = all(body.linear for body in bodies)
         self._detected: list[Constraints] = []
         self._linearisation: Linearisation | None = None
+        self._base: Floats | None = None
 
     # --- free motion ----------------------------------------------------------------------------------------------
 
     def prepare(self) -> None:
-        """Assemble and factorise each body's A, once, and check the initial gaps. Collective."""
+        """Check the initial gaps. Collective."""
+        with self.clock("detect"):
+            for pair in self.pairs:
+                pair.start()
+
+    def begin(self, t: float, dt: float, lam: Floats | None = None) -> None:
+        """Start a step of length dt that ends at t: supports, loads and A of that time. Collective.
+
+        `lam` are the contact forces before it, whose curvature enters A.
+        """
+        integrator = self.integrator(dt)
+        with self.clock("assemble"):
+            for body in self.bodies:
+                body.begin(t, integrator)
+        for pair in self.pairs:
+            pair.begin()
+        if lam is not None:
+            self._stiffen(lam)
+        self._factor()
+
+    def _factor(self) -> None:
+        """A of each body and its factor, where they are not those of the present state already."""
         with self.clock("assemble"):
             for body in self.bodies:
                 body.assemble()
         with self.clock("factor"):
             for body in self.bodies:
                 body.factor()
-        with self.clock("detect"):
-            for pair in self.pairs:
-                pair.start()
 
-    def free_motion(self, t: float) -> None:
-        """Bring every body to its free configuration x_f at time t. Collective."""
-        with self.clock("assemble"):
-            for body in self.bodies:
-                body.update(t)
+    def free_motion(self, lam: Floats | None = None) -> None:
+        """Bring every body to its free configuration x_f. Collective.
+
+        Bodies that are not linear take the contact forces `lam` of before along: nearly balanced, they move little, and
+        their linearisation holds.
+        """
+        self._base = None
+        if lam is not None and not self.linear and len(lam) == sum(part.count for part in self._detected):
+            self._free_with(self.detect(), lam)
+            return
         with self.clock("factor"):
             for body in self.bodies:
                 body.free_motion()
 
-    def state(self) -> list[Floats]:
-        """Copies of the bodies' unknowns."""
-        return [body.u.copy() for body in self.bodies]
+    def _free_with(self, found: Linearisation, lam: Floats) -> None:
+        """The free motion with contact forces λ."""
+        self._base = found.base = lam
+        with self.clock("factor"):
+            for body in self.bodies:
+                body.free_motion(found.free[body].apply_transpose(lam))
 
-    def restore(self, state: list[Floats]) -> None:
+    def state(self) -> list[Any]:
+        """What a step that fails must give back."""
+        return [body.state() for body in self.bodies]
+
+    def restore(self, state: list[Any]) -> None:
         """Return to a `state`."""
-        for body, u in zip(self.bodies, state, strict=True):
-            body.u = u.copy()
+        for body, saved in zip(self.bodies, state, strict=True):
+            body.restore(saved)
 
     # --- the contact problem --------------------------------------------------------------------------------------
 
@@ -139,37 +205,58 @@ class System:
                 for i, new in enumerate(found)
             ]
             self._linearisation = self._linearise(self._detected)
+            self._linearisation.base = self._base
             return self._linearisation
 
-    def _linearise(self, parts: list[Constraints]) -> Linearisation:
-        counts = [part.count for part in parts]
-        offset = np.concatenate([np.empty(0), *[part.offset for part in parts]])
-        H: dict[Body, sp.csr_array] = {}
-        for body in self.bodies:
-            blocks = [
-                part.H.get(body, sp.csr_array((count, body.space.owned)))
-                for part, count in zip(parts, counts, strict=True)
-            ]
-            H[body] = sp.vstack(blocks, format="csr") if blocks else sp.csr_array((0, body.space.owned))
-        free = {body: _columns_where(h, ~body.fixed) for body, h in H.items()}
-        rates = np.zeros(len(offset))
-        for h in free.values():
-            rates += self.comm.allreduce(np.abs(h).sum(axis=1))
-        movable = rates > 0
-        rows = np.flatnonzero(movable & np.isfinite(offset))
-        compliant = {body: _columns_where(h[rows], ~body.held) for body, h in free.items() if body.deformable}
-        W = TimedDelassus(compliant, len(rows), self.clock)
-        G = self._rigid_rates(free)
-        return Linearisation(parts, H, free, offset, movable, rows, W, None if G is None else G[rows])
+    def relinearise(self, last: Linearisation, found: Linearisation, lam: Floats, contracting: bool) -> Linearisation:
+        """The next pass's linearisation about the present state, with the bodies in their free motion. Collective.
 
-    def _rigid_rates(self, free: dict[Body, sp.csr_array]) -> Floats | None:
+        Where bodies are not linear and the passes contract, A and the columns of W stay those of the `last` pass, and
+        only residuals, gaps and normals are new (a chord iteration). Otherwise A is formed anew, the curvature of the
+        surfaces under the contact forces in it (a step of the sequential quadratic programme).
+        """
+        if self.linear:
+            self.free_motion()
+            return found
+        if contracting and np.array_equal(last.rows, found.rows):
+            found = found.with_operator(last)
+        else:
+            self._renew(lam)
+        self._free_with(found, lam)
+        return found
+
+    def _renew(self, lam: Floats) -> None:
+        """A about the present state and forces. Collective."""
+        for body in self.bodies:
+            body.renew()
+        self._stiffen(lam)
+        self._factor()
+
+    def _stiffen(self, lam: Floats) -> None:
+        starts = np.cumsum([0, *[part.count for part in self._detected]])
+        if len(lam) == starts[-1]:
+            for pair, first, last in zip(self.pairs, starts[:-1], starts[1:], strict=True):
+                pair.stiffen(lam[first:last])
+
+    def _linearise(self, parts: list[Constraints]) -> Linearisation:
+        offset = np.concatenate([np.empty(0), *[part.offset for part in parts]]) if len(parts) != 1 else parts[0].offset
+        H = {body: _join(body, parts) for body in self.bodies}
+        free = {body: h.without(body.fixed) for body, h in H.items()}
+        movable = np.zeros(len(offset), dtype=bool)
+        for body, h in free.items():
+            movable |= total(body.comm, h.touching().astype(float)) > 0
+        rows = np.flatnonzero(movable & np.isfinite(offset))
+        G = self._rigid_rates(free)
+        return Linearisation(parts, H, free, offset, movable, rows, None if G is None else G[rows], self.clock)
+
+    def _rigid_rates(self, free: dict[Body, Rows]) -> Floats | None:
         """G = H R for the floating bodies; ValueError where no constraint opposes one of their modes."""
         floating = [body for body in self.bodies if body.modes.shape[1]]
         if not floating:
             return None
         blocks = []
         for body in floating:
-            G_body = self.comm.allreduce(free[body] @ body.modes)
+            G_body = total(body.comm, free[body].sparse() @ body.modes)
             held = np.linalg.matrix_rank(G_body) if G_body.size else 0
             if held < body.modes.shape[1]:
                 raise ValueError(
@@ -184,39 +271,53 @@ class System:
         """The contact problem of linearisation `lin` about the present (free) state. Collective."""
         with self.clock("detect"):
             q = self._gaps(lin)[lin.rows]
+        base = lin.on_rows(lin.base)
+        if base is not None:
+            carrying = np.flatnonzero(base)
+            q = q - lin.W.columns(carrying) @ base[carrying]
         primal = BodyMatrices(lin.W.H) if lin.W.H else None
         if lin.G is None:
             return ContactProblem(lin.W, q, primal=primal)
-        r = np.concatenate([self.comm.allreduce(b.modes.T @ b.load) for b in self.bodies if b.modes.shape[1]])
+        r = np.concatenate([total(b.comm, b.modes.T @ b.load) for b in self.bodies if b.modes.shape[1]])
         return ContactProblem(lin.W, q, lin.G, r, primal)
 
     def _gaps(self, lin: Linearisation) -> Floats:
         """δ = H u + offset for all constraints."""
-        moved = np.zeros(len(lin.offset))
+        gaps = lin.offset
         for body, h in lin.H.items():
-            moved += h @ body.owned(body.u)
-        gaps: Floats = lin.offset + self.comm.allreduce(moved)
+            gaps = gaps + total(body.comm, h.apply(body.coordinates()))
         return gaps
 
     def correct(self, lin: Linearisation, solution: Solution) -> None:
         """u ← u + A⁻¹ Hᵀ λ + R α: the corrective motion. Collective."""
-        lam = lin.full(solution.lam)
+        base = lin.on_rows(lin.base)
+        change = solution.lam if base is None else solution.lam - base
         mode = 0
         with self.clock("factor"):
             for body in self.bodies:
-                increment = body.solve((lin.free[body].T @ lam)[:, None])[:, 0]
                 m = body.modes.shape[1]
-                increment += body.modes @ solution.alpha[mode : mode + m]
+                increment = body.modes @ solution.alpha[mode : mode + m]
                 mode += m
+                if body in lin.W.H:
+                    increment = increment + body.solve(lin.W.H[body].apply_transpose(change)[:, None])[:, 0]
                 body.correct(increment)
+        for pair in self.pairs:
+            pair.moved()
 
     def gaps(self) -> Floats:
         """True gaps of the present state, for all constraints (c) [m]. Collective."""
         with self.clock("detect"):
             return np.concatenate([np.empty(0), *[pair.gaps() for pair in self.pairs]])
 
+    def crossed(self) -> str:
+        """Which contact has a point that went through its surface on the way to the present state; '' for none."""
+        with self.clock("detect"):
+            return next((pair.name for pair in self.pairs if pair.crossed()), "")
+
     def accept(self) -> None:
         """Take the present state as the start of the next step."""
+        for body in self.bodies:
+            body.accept()
         for pair in self.pairs:
             pair.accept()
 
@@ -226,19 +327,23 @@ class System:
             body.close()
 
 
-def _columns_where(H: sp.csr_array, keep: NDArray[np.bool_]) -> sp.csr_array:
-    """H with the columns of other unknowns emptied."""
-    result = H @ sp.diags_array(keep.astype(float), format="csr")
-    result.eliminate_zeros()
-    return result.tocsr()
+def _join(body: Body, parts: list[Constraints]) -> Rows:
+    """The rows of all parts on one body."""
+    given = [part.H.get(body) for part in parts]
+    sample = next((rows for rows in given if rows is not None), SparseRows(sp.csr_array((0, body.space.owned))))
+    first, *others = [
+        sample.blank(part.count) if rows is None else rows for rows, part in zip(given, parts, strict=True)
+    ] or [sample]
+    return first.join(others)
 
 
-def _transposed(Ht: sp.csr_array, body: Body) -> Any:
-    """The PETSc matrix whose transpose has this rank's rows Ht (owned, c)."""
+def _matrix(rows: Rows, body: Body) -> Any:
+    """H on one body as a PETSc matrix, (c, n)."""
+    Ht = rows.sparse().T.tocsr()
     Ht.sort_indices()
     csr = Ht.indptr.astype(PETSc.IntType), Ht.indices.astype(PETSc.IntType), Ht.data
     sizes = ((body.space.owned, body.space.size), (PETSc.DECIDE, Ht.shape[1]))
-    rows = PETSc.Mat().createAIJ(sizes, csr=csr, comm=body.space.comm)
-    H = rows.transpose(PETSc.Mat())
-    rows.destroy()
+    transposed = PETSc.Mat().createAIJ(sizes, csr=csr, comm=body.comm)
+    H = transposed.transpose(PETSc.Mat())
+    transposed.destroy()
     return H

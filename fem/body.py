@@ -1,4 +1,4 @@
-"""A deformable body: its unknowns, supports and loads, its iteration matrix and the solver for it."""
+"""A deformable body: its unknowns, supports and loads, its iteration matrix, and its motion in a step."""
 
 from __future__ import annotations
 
@@ -11,6 +11,9 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
+from fem.factor import Factor
+from fem.inertia import Dynamics, Inertia
+from fem.integrators import Integrator, Static
 from fem.loads import Load, Support, evaluate, external_forces
 from fem.rigid import floating_modes, pin, rigid_modes
 from fem.space import Space
@@ -18,6 +21,7 @@ from fem.space import Space
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 SURFACE = "surface"
+FACTORS = 4  # kept at a time: a step that is halved and recovers finds the matrix of its dt again
 
 
 class Model(Protocol):
@@ -39,7 +43,7 @@ class Model(Protocol):
 
 
 class Body:
-    """A linear body: A u = b with A the stiffness matrix, factorised once.
+    """A linear body: A u = b with A = inertia M + damping B + K, factorised once for each time step; K in statics.
 
     Parameters
     ----------
@@ -47,19 +51,19 @@ class Body:
     space, model : unknowns and material
     frame : (components, D), the direction in space of each displacement component; None where they are the axes
     supports, loads : what holds it and what acts on it
+    density, mass, rayleigh, velocity, displacement : what it brings to dynamics, see `fem.inertia.Dynamics`
 
     Attributes
     ----------
     u : local unknowns (ghosts included), displacements [m] then pressures [Pa]
+    v : their rates at the start of the step, owned; None in statics
     load : f_ext at the owned unknowns [N]
-    modes : the rigid motions that no support holds, (owned, m)
-
-    deformable : whether it has a matrix A and a solver
+    inertia : its mass; None in statics, and for a body without density
 
     Creating, updating and solving are collective on the body's communicator; close it to destroy its PETSc objects.
     """
 
-    deformable = True
+    linear = True
 
     def __init__(
         self,
@@ -69,6 +73,7 @@ class Body:
         supports: Sequence[Support] = (),
         loads: Sequence[Load] = (),
         frame: Floats | None = None,
+        **dynamics: Any,
     ) -> None:
         self.name, self.space, self.model = name, space, model
         self.supports, self.loads = list(supports), list(loads)
@@ -80,7 +85,18 @@ class Body:
         inmost = space.comm.allreduce(float(space.piece.points[:, 0].min(initial=0.0)), op=min)
         if model.axisymmetric and inmost < -1e-12 * self.size:
             raise ValueError(f"body {name!r}: its mesh reaches r = {inmost:.6g}: must be r >= 0 in axisymmetry")
-        self.u = np.zeros(len(space.local_dofs))
+        try:
+            self._dynamics = Dynamics(**dynamics)
+        except ValueError as error:
+            raise ValueError(f"body {name!r}: {error}") from None
+        self.u = self._nodal_field("displacement", self._dynamics.displacement)
+        self.v: Floats | None = None
+        # In dynamics u = u_n + moved: taken as a difference of positions it would lose the digits of slow motions.
+        self._u_n, self._moved = self.owned(self.u), np.zeros(space.owned)
+        self._free: tuple[Floats, Floats] | None = None
+        self._massless = np.empty(0, dtype=np.int64)
+        self.integrator: Integrator = Static()
+        self.inertia: Inertia | None = None
         self.load = np.zeros(space.owned)
         self._loaded_at: float | None = None
         self._unit = np.ones(space.owned)  # of each unknown in A
@@ -88,9 +104,17 @@ class Body:
         self._R = self.rigid_modes()
         self.modes = floating_modes(space.comm, self._R, self.fixed)
         self.pins = pin(space.comm, self.modes)
-        self._stiffness = 0.0
-        self.A: Any = None
-        self._ksp: Any = None
+        self._factors: dict[tuple[float, float], Factor] = {}
+
+    @property
+    def comm(self) -> Any:
+        """The communicator."""
+        return self.space.comm
+
+    @property
+    def deformable(self) -> bool:
+        """Whether forces move it by A⁻¹."""
+        return True
 
     def rigid_modes(self) -> Floats:
         """The motions without strain at the owned unknowns, (owned, m)."""
@@ -108,7 +132,29 @@ class Body:
     @property
     def displacement(self) -> Floats:
         """Displacements of the local nodes in space, (nodes, D) [m]."""
-        return self.u[self.space.displacements].reshape(-1, self.space.components) @ self.frame
+        return self._in_space(self.u)
+
+    @property
+    def velocity(self) -> Floats:
+        """Velocities of the local nodes in space, (nodes, D) [m/s]; zero in statics."""
+        return self._in_space(np.zeros_like(self.u) if self.v is None else self.space.local(self.v))
+
+    def _in_space(self, local: Floats) -> Floats:
+        return local[self.space.displacements].reshape(-1, self.space.components) @ self.frame
+
+    def _nodal_field(self, key: str, value: Any) -> Floats:
+        """Local unknowns with `value`, or value(x, 0), as displacements."""
+        try:
+            field = evaluate(value, self.space.piece.points, 0.0, self.space.components)
+        except ValueError:
+            raise ValueError(
+                f"body {self.name!r}: {key} = {value!r}: must give {self.space.components} components"
+            ) from None
+        local = np.zeros(len(self.space.local_dofs))
+        local[self.space.displacements] = field.ravel()
+        if not self.space.comm.allreduce(bool(np.isfinite(local).all()), op=min):
+            raise ValueError(f"body {self.name!r}: {key} = {value!r}: must be finite")
+        return local
 
     @property
     def size(self) -> float:
@@ -162,8 +208,20 @@ class Body:
             owned = np.where(count > 0, total / np.maximum(count, 1), owned)
         self.u = self.space.local(owned)
 
-    def update(self, t: float) -> None:
-        """Set the prescribed displacements and the loads of time t [s]."""
+    # --- the step -------------------------------------------------------------------------------------------------
+
+    def begin(self, t: float, integrator: Integrator) -> None:
+        """Start a step that ends at time t [s]: supports and loads where forces balance; the free motion is forgotten.
+
+        Raises
+        ------
+        ValueError
+            where a support or load is not finite.
+        """
+        self.integrator, self._free = integrator, None
+        if integrator.inertia and self.v is None:
+            self._start_moving(self._first_velocity())
+        t = integrator.load_time(t)
         self._prescribe(t)
         if self.loads and self._loaded_at != t:
             loads = [
@@ -175,6 +233,110 @@ class Body:
         if not self.space.comm.allreduce(bool(finite), op=min):
             raise ValueError(f"body {self.name!r}: a support or load is not finite at t = {t:.6g}")
 
+    def renew(self) -> None:
+        """Let A be formed anew about the present state: nothing, as it does not depend on that."""
+
+    def _first_velocity(self) -> Floats:
+        """The velocity at t = 0 of the owned unknowns; the body is brought to where its supports are then."""
+        # The midpoint rule never forgets a wrong velocity of a support: it is that of the first balance.
+        t = 1 / self.integrator.damping
+        self._prescribe(t)
+        after = self.coordinates()
+        self._prescribe(0.0)
+        self._u_n = self.coordinates()
+        start = self.owned(self._nodal_field("velocity", self._dynamics.velocity))
+        return np.where(self.fixed, (after - self._u_n) / t, start)
+
+    def _start_moving(self, v: Floats) -> None:
+        """Take what dynamics needs: velocities, mass; a body with mass is not floating, as A is regular."""
+        self.v = v
+        if not self._dynamics.density:
+            return
+        self.inertia = Inertia(self.space, self.model.axisymmetric, self._dynamics)
+        self.modes, self.pins = self.modes[:, :0], self.pins[:0]
+        if self.space.comm.allreduce(len(self._massless)):
+            try:
+                self.inertia.redistribute(self._massless)
+            except ValueError as error:
+                raise ValueError(f"body {self.name!r}: {error}") from None
+
+    def redistribute(self, nodes: Ints) -> None:
+        """Let local `nodes` that may touch carry no mass, as `Midpoint` wants them; before the first step."""
+        self._massless = np.union1d(self._massless, nodes)
+
+    def free_motion(self, contact: Floats | None = None) -> None:
+        """u ← u₀ + A⁻¹ (f_ext − forces(u₀)), the motion without contact, plus A⁻¹ of `contact` forces (owned) [N].
+
+        In statics u₀ has the present rigid motion and prescribed displacements only: round-off of the last shape would
+        stay. In dynamics it is the motion without acceleration. Solved once a step. Collective.
+        """
+        if self._free is None:
+            u = self.coordinates()
+            moved = self._rest(u) - self._u_n if self.inertia is None else self._coast()
+            self._moved = np.where(self.fixed, u - self._u_n, moved)
+            self.u = self.space.local(np.where(self.fixed, u, self._u_n + moved))
+            self.correct(self.solve(self.residual()[:, None])[:, 0])
+            self._free = self.u, self._moved
+        self.u, self._moved = self._free
+        if contact is not None:
+            self.correct(self.solve(contact[:, None])[:, 0])
+
+    def _rest(self, u: Floats) -> Floats:
+        """The rigid motion in u, of a floating body."""
+        comm = self.space.comm
+        gram = comm.allreduce(self.modes.T @ self.modes)
+        along = comm.allreduce(self.modes.T @ np.where(self.fixed, 0.0, u))
+        rest: Floats = self.modes @ np.linalg.solve(gram, along)
+        return rest
+
+    def _coast(self) -> Floats:
+        """The displacement in this step without acceleration."""
+        assert self.v is not None
+        return self.integrator.damping / self.integrator.inertia * self.v
+
+    def correct(self, increment: Floats) -> None:
+        """Add an increment, given at the owned unknowns."""
+        self.u, self._moved = self.u + self.space.local(increment), self._moved + increment
+
+    def accept(self) -> None:
+        """End the step: u and v as the integrator has them; nothing in statics."""
+        if self.v is None:
+            return
+        moved, self.v = self.integrator.advance(self._moved, self.v)
+        self._u_n = self._u_n + moved
+        self.u = self.space.local(self._u_n)
+
+    def state(self) -> tuple[Floats, ...]:
+        """What a rejected step must give back."""
+        return (self.u, self._u_n, self._moved) if self.v is None else (self.u, self._u_n, self._moved, self.v)
+
+    def restore(self, state: tuple[Floats, ...]) -> None:
+        """Return to a `state`."""
+        self.u, self._u_n, self._moved, *rates = state
+        self.v = rates[0] if rates else None
+
+    def checkpoint(self) -> dict[str, Floats]:
+        """Owned values of an accepted state: `x`, and in dynamics `v`."""
+        x = {"x": self.coordinates()}
+        return x if self.v is None else {**x, "v": self.v.copy()}
+
+    def resume(self, values: dict[str, Floats]) -> None:
+        """Go on from a `checkpoint`. Collective."""
+        if "v" in values:
+            self._start_moving(np.array(values["v"]))
+        self._u_n = np.array(values["x"])
+        self.u = self.space.local(self._u_n)
+
+    def energy(self) -> dict[str, float]:
+        """`kinetic` ½ v·M v and `strain` ½ u·f_int(u) of an accepted state [J]. Collective."""
+        strain = float(self.coordinates() @ self.internal_forces()) / 2
+        kinetic = 0.0
+        if self.inertia is not None and self.v is not None:
+            kinetic = float(self.v @ self.inertia.forces(self.v)) / 2
+        return dict(
+            zip(("kinetic", "strain"), self.space.comm.allreduce(np.array([kinetic, strain])).tolist(), strict=True)
+        )
+
     # --- forces and solves ----------------------------------------------------------------------------------------
 
     def owned(self, local: Floats) -> Floats:
@@ -185,14 +347,28 @@ class Body:
         owned[mine[inside]] = local[inside]
         return owned
 
-    def internal_forces(self) -> Floats:
-        """f_int(u) at the owned unknowns [N], from the stresses of the cells and not from A."""
-        piece = self.space.piece
-        return self.space.sum_cells(self.model.forces(piece.points, piece.cells, self.u[self.space.cell_dofs]))
+    def coordinates(self) -> Floats:
+        """The owned unknowns u, in which constraints are linear."""
+        return self.owned(self.u)
+
+    def internal_forces(self, u: Floats | None = None) -> Floats:
+        """f_int(u), of the present u if none, at the owned unknowns [N]: from the cells' stresses, not from A."""
+        piece, u = self.space.piece, self.u if u is None else u
+        return self.space.sum_cells(self.model.forces(piece.points, piece.cells, u[self.space.cell_dofs]))
+
+    def _forces(self) -> tuple[Floats, Floats]:
+        """Internal forces with the damping b K v, and inertia with the damping a M v, at the owned unknowns [N]."""
+        if self.inertia is None or self.v is None:
+            return self.internal_forces(), np.zeros(self.space.owned)
+        velocity = self.integrator.damping * self._moved
+        acceleration = self.integrator.inertia * self._moved - self.integrator.damping * self.v
+        strained = self.u + self.space.local(self.inertia.b * velocity) if self.inertia.b else self.u
+        return self.internal_forces(strained), self.inertia.forces(acceleration + self.inertia.a * velocity)
 
     def residual(self) -> Floats:
-        """f_ext − f_int(u) at the owned unknowns, zero where displacements are prescribed."""
-        return np.where(self.fixed, 0.0, self.load - self.internal_forces())
+        """f_ext − f_int(u) − inertia at the owned unknowns, zero where displacements are prescribed."""
+        inner, inertia = self._forces()
+        return np.where(self.fixed, 0.0, self.load - inner - inertia)
 
     @property
     def held(self) -> NDArray[np.bool_]:
@@ -202,15 +378,15 @@ class Body:
         return held
 
     def imbalance(self, contact: Floats) -> float:
-        """‖f_int − f_ext − Hᵀλ‖ of free unknowns / (‖f_int‖ + ‖f_ext‖ + ‖Hᵀλ‖), for contact forces Hᵀλ. Collective."""
-        inner = self.internal_forces()
-        rest = np.where(self.fixed, 0.0, inner - self.load - contact)
+        """‖f_int + inertia − f_ext − Hᵀλ‖ of free unknowns over the sum of norms, for forces Hᵀλ. Collective."""
+        inner, inertia = self._forces()
+        rest = np.where(self.fixed, 0.0, inner + inertia - self.load - contact)
         # Below eps ‖A‖ × size forces are round-off of positions, not to be measured against themselves: with this floor
         # a residual within the default tolerance of 1e-8 is at most that.
-        moved = self.owned(self.u)[: self.space.components * self.space.piece.owned]
+        moved = self.coordinates()[: self.space.components * self.space.piece.owned]
         length = max(self.size, float(np.sqrt(self.space.comm.allreduce(float(moved @ moved)))))
-        forces = (self._unit * f for f in (rest, inner, self.load, contact))
-        return self._ratio(*forces, least=1e-8 * self._stiffness * length)
+        forces = (self._unit * f for f in (rest, inner, inertia, self.load, contact))
+        return self._ratio(*forces, least=1e-8 * (self._factor.scale if self._factor else 0.0) * length)
 
     def _ratio(self, rest: Floats, *forces: Floats, least: float = 0.0) -> float:
         squares = self.space.comm.allreduce(np.array([v @ v for v in (rest, *forces)]))
@@ -218,27 +394,57 @@ class Body:
         scale = max(sum(norms), least)
         return float(rest_norm / scale) if scale > 0 else 0.0
 
+    @property
+    def _multiples(self) -> tuple[float, float]:
+        """The multiples of M and K in A, without the round-off in dt = t_{n+1} − t_n that would make each step new."""
+        if self.inertia is None:
+            return 0.0, 1.0
+        m, k = self.inertia.factors(self.integrator)
+        return float(f"{m:.10g}"), float(f"{k:.10g}")
+
+    @property
+    def _factor(self) -> Factor | None:
+        """A of the present step and its solver, once assembled."""
+        return self._factors.get(self._multiples)
+
+    @property
+    def A(self) -> Any:
+        """The matrix of the present step; None before it is assembled."""
+        return self._factor and self._factor.A
+
+    @property
+    def _ksp(self) -> Any:
+        return self._factor and self._factor.ksp
+
     def assemble(self) -> None:
-        """Form A: the stiffness matrix with unit rows where displacements are prescribed or pinned."""
+        """Form A, with unit rows where displacements are prescribed or pinned, unless that of this step is kept."""
+        m, k = self._multiples
+        if (m, k) in self._factors:
+            self._factors[m, k] = self._factors.pop((m, k))  # the last used is the last to go
+            return
         piece = self.space.piece
-        K = self.model.stiffness(piece.points, piece.cells)
+        K = k * self.model.stiffness(piece.points, piece.cells)
+        if self.inertia is not None:
+            self.inertia.add(K, m)
         if self.model.mixed:
             self._scale_pressures(K)
-        self.A = self.space.sum_matrices(K)
+        A = self.space.sum_matrices(K)
         rows = (self.space.first + np.flatnonzero(self.held)).astype(PETSc.IntType)
-        diagonal = self.A.getDiagonal()
+        diagonal = A.getDiagonal()
         scale = diagonal.norm(PETSc.NormType.NORM_INFINITY) or 1.0
         diagonal.destroy()
-        self._stiffness = scale
-        self.A.zeroRowsColumns(rows, diag=scale)
+        A.zeroRowsColumns(rows, diag=scale)
         if not self.model.mixed:
-            self.A.setOption(PETSc.Mat.Option.SPD, True)
+            A.setOption(PETSc.Mat.Option.SPD, True)
         basis = [self._vec(column) for column in self._R.T]
         near = PETSc.NullSpace().create(vectors=_orthonormal(basis), comm=self.space.comm)
-        self.A.setNearNullSpace(near)
+        A.setNearNullSpace(near)
         near.destroy()
         for v in basis:
             v.destroy()
+        while len(self._factors) >= FACTORS:
+            self._factors.pop(next(iter(self._factors))).close()
+        self._factors[m, k] = Factor(A, scale, self.held, self._unit, self.space.dim)
 
     def _scale_pressures(self, K: Floats) -> None:
         """Give pressures a unit with which A is the same in all units, and their rows weigh as forces do."""
@@ -251,86 +457,22 @@ class Body:
         self._unit[self.space.components * self.space.piece.owned :] = unit
 
     def factor(self) -> None:
-        """Set up the KSP for A: a direct factorisation, or what the options ``-free_ksp_…`` ask for."""
-        ksp = PETSc.KSP().create(self.space.comm)
-        ksp.setOptionsPrefix("free_")
-        ksp.setOperators(self.A)
-        ksp.setType(PETSc.KSP.Type.PREONLY)
-        pc = ksp.getPC()
-        pc.setType(PETSc.PC.Type.CHOLESKY)
-        pc.setFactorSolverType(PETSc.Mat.SolverType.MUMPS)
-        # The prefix is shared by all bodies: users set options for 'the free motion', not for one of its blocks.
-        ksp.setTolerances(rtol=1e-12, max_it=10_000)
-        ksp.setFromOptions()
-        if pc.getType() == PETSc.PC.Type.CHOLESKY and pc.getFactorSolverType() == PETSc.Mat.SolverType.MUMPS:
-            pc.setFactorSetUpSolverType()
-            factor = pc.getFactorMatrix()
-            factor.setMumpsIcntl(7, 5)  # METIS: fill far below that of minimum degree in 3D
-            if self.space.dim == 3:
-                # Blocked fronts without any dropping (CNTL(7) = 0): exact, and the plain symmetric update runs at a
-                # fraction of the speed of the matrix product where BLAS has a slow GEMMT (measured 24 s against 10 s).
-                factor.setMumpsIcntl(35, 1)
-        ksp.setErrorIfNotConverged(True)
-        ksp.setUp()
-        self._ksp = ksp
+        """Set up the solver of A, unless it is kept: a factorisation, or what ``-free_ksp_…`` ask for."""
+        self._solver.setup()
+
+    @property
+    def _solver(self) -> Factor:
+        factor = self._factor
+        assert factor is not None, "begin, assemble and factor come before a solve"
+        return factor
 
     def solve(self, B: Floats) -> Floats:
         """X = A⁻¹ B for a block of right-hand sides at the owned unknowns, (owned, k). Collective."""
-        k = B.shape[1]
-        sizes = ((self.space.owned, self.space.size), (PETSc.DECIDE, k))
-        B = np.asfortranarray(np.where(self.held, 0.0, self._unit)[:, None] * B)
-        rhs = PETSc.Mat().createDense(sizes, array=B, comm=self.space.comm)
-        X = PETSc.Mat().createDense(sizes, comm=self.space.comm)
-        X.setUp()
-        rhs.assemble()
-        try:
-            self._ksp.matSolve(rhs, X)
-            result: Floats = np.multiply(X.getDenseArray(), self._unit[:, None], order="F")
-        finally:
-            rhs.destroy()
-            X.destroy()
-        return result
+        return self._solver.solve(B)
 
     def solve_rows(self, H: sp.csr_array) -> Floats:
-        """X = A⁻¹ Hᵀ for sparse rows H on displacements that A moves, (owned, k). Collective.
-
-        MUMPS passes over the branches of the factor that a sparse right-hand side does not reach, which halves its
-        time; it takes such right-hand sides from one rank only, so that on several ranks they are dense.
-        """
-        factor = self._ksp.getPC()
-        sparse = self.space.comm.size == 1 and self._ksp.getType() == PETSc.KSP.Type.PREONLY
-        if not (sparse and factor.getFactorSolverType() == PETSc.Mat.SolverType.MUMPS):
-            return self.solve(H.toarray().T)
-        k = H.shape[0]
-        csr = H.indptr.astype(PETSc.IntType), H.indices.astype(PETSc.IntType), H.data
-        rows = PETSc.Mat().createAIJ((k, self.space.size), csr=csr, comm=self.space.comm)
-        columns = PETSc.Mat().createTranspose(rows)
-        X = PETSc.Mat().createDense((self.space.size, k), comm=self.space.comm)
-        X.setUp()
-        try:
-            factor.getFactorMatrix().matSolve(columns, X)
-            result: Floats = np.multiply(X.getDenseArray(), self._unit[:, None], order="F")
-        finally:
-            for matrix in (columns, rows, X):
-                matrix.destroy()
-        return result
-
-    def free_motion(self) -> None:
-        """u ← u₀ + A⁻¹ (f_ext − f_int(u₀)): the motion without contact, up to the rigid modes of a floating body.
-
-        u₀ has the present rigid motion and prescribed displacements only: round-off of the last shape would stay.
-        """
-        u, comm = self.owned(self.u), self.space.comm
-        gram, along = (
-            comm.allreduce(self.modes.T @ self.modes),
-            comm.allreduce(self.modes.T @ np.where(self.fixed, 0.0, u)),
-        )
-        self.u = self.space.local(np.where(self.fixed, u, self.modes @ np.linalg.solve(gram, along)))
-        self.correct(self.solve(self.residual()[:, None])[:, 0])
-
-    def correct(self, increment: Floats) -> None:
-        """Add an increment, given at the owned unknowns."""
-        self.u += self.space.local(increment)
+        """X = A⁻¹ Hᵀ for sparse rows H on displacements that A moves, (owned, k). Collective."""
+        return self._solver.solve_rows(H)
 
     def _vec(self, owned: Floats) -> Any:
         v = PETSc.Vec().createMPI((self.space.owned, self.space.size), comm=self.space.comm)
@@ -338,11 +480,10 @@ class Body:
         return v
 
     def close(self) -> None:
-        """Destroy the matrix and the solver. Collective."""
-        for thing in (self._ksp, self.A):
-            if thing is not None:
-                thing.destroy()
-        self._ksp = self.A = None
+        """Destroy the matrices and the solvers. Collective."""
+        for factor in self._factors.values():
+            factor.close()
+        self._factors.clear()
         self.space.close()
 
     def __enter__(self) -> Self:

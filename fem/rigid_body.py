@@ -1,13 +1,19 @@
-"""Bodies that do not deform: they move by their rigid modes, which contact forces balance, and have no matrix."""
+"""Bodies that do not deform: they move by their rigid modes, and have no matrix.
+
+In statics contact forces balance them; in dynamics A⁻¹ = R (RᵀAR)⁻¹ Rᵀ with A = inertia M + damping a M.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fem.body import Body
+from fem.geometry import map_cells
 from fem.loads import Load, Support
 from fem.space import Space
 
@@ -38,9 +44,9 @@ class RigidBody(Body):
     Parameters
     ----------
     guided : whether it only translates, as on linear guides
+    total_mass : its mass [kg], in place of a density
+    density, mass, rayleigh, velocity : as of `Body`
     """
-
-    deformable = False
 
     def __init__(
         self,
@@ -50,16 +56,52 @@ class RigidBody(Body):
         loads: Sequence[Load] = (),
         guided: bool = False,
         axisymmetric: bool = False,
+        total_mass: float | None = None,
+        **dynamics: Any,
     ) -> None:
         if any(callable(s.value) or np.any(s.value) for s in supports):
             raise ValueError(f"body {name!r}: the supports of a rigid body prescribe zero displacement only")
+        if total_mass is not None:
+            if "density" in dynamics:
+                raise ValueError(f"body {name!r}: total_mass = {total_mass}: a body has this or a density, not both")
+            volume = map_cells(space.piece.points, space.piece.cells, 4, axisymmetric).weights.sum()
+            dynamics["density"] = total_mass / space.comm.allreduce(float(volume))
         self._guided = guided
-        super().__init__(name, space, _Rigid(axisymmetric), supports, loads)
+        super().__init__(name, space, _Rigid(axisymmetric), supports, loads, **dynamics)
+        self._free_modes = self.modes
+        self._mass = np.zeros((0, 0))
+
+    @property
+    def deformable(self) -> bool:
+        """Whether forces move it by A⁻¹: in dynamics."""
+        return self.inertia is not None
 
     def rigid_modes(self) -> Floats:
         """Translations, and rotations unless guided."""
         R = super().rigid_modes()
         return R[:, : self.space.components] if self._guided else R
+
+    def _start_moving(self, v: Floats) -> None:
+        """Take mass and velocities.
+
+        Raises
+        ------
+        ValueError
+            for velocities that no rigid motion has.
+        """
+        super()._start_moving(v)
+        R = self._free_modes
+        if self.inertia is not None:
+            columns = [self.inertia.forces(mode) for mode in R.T]
+            self._mass = self.space.comm.allreduce(R.T @ np.reshape(columns, R.T.shape).T)
+        error, size = self.space.comm.allreduce(np.array([np.sum((self._project(v) - v) ** 2), v @ v]))
+        if error > 1e-18 * size:
+            raise ValueError(
+                f"body {self.name!r}: velocity = {self._dynamics.velocity!r}: not one of its rigid motions"
+            )
+
+    def redistribute(self, nodes: Ints) -> None:
+        """Nothing: its mass moves as one."""
 
     def assemble(self) -> None:
         """Nothing to assemble."""
@@ -68,12 +110,28 @@ class RigidBody(Body):
         """Nothing to factorise."""
 
     def solve(self, B: Floats) -> Floats:
-        """Zero: no force deforms it."""
-        return np.zeros_like(B)
+        """R (RᵀAR)⁻¹ Rᵀ B; zero in statics, where no force moves it by itself. Collective."""
+        return self._compliance(self.space.comm.allreduce(self._free_modes.T @ B))
+
+    def solve_rows(self, H: sp.csr_array) -> Floats:
+        """A⁻¹ Hᵀ, (owned, k). Collective."""
+        return self._compliance(self.space.comm.allreduce((H @ self._free_modes).T))
+
+    def _compliance(self, forces: Floats) -> Floats:
+        """The motion due to forces on the modes, (owned, k)."""
+        R = self._free_modes
+        if self.inertia is None:
+            return np.zeros((len(R), forces.shape[1]))
+        motion: Floats = R @ np.linalg.solve(self.inertia.factors(self.integrator)[0] * self._mass, forces)
+        return motion
+
+    def _project(self, values: Floats) -> Floats:
+        """The part of owned values that rigid motions have."""
+        R, comm = self._free_modes, self.space.comm
+        part: Floats = R @ np.linalg.solve(comm.allreduce(R.T @ R), comm.allreduce(R.T @ values))
+        return part
 
     def imbalance(self, contact: Floats) -> float:
         """The resultant of all forces on the rigid modes over that of each."""
-        force = self.load + contact
-        gram = self.space.comm.allreduce(self.modes.T @ self.modes)
-        project = self.modes @ np.linalg.solve(gram, self.space.comm.allreduce(self.modes.T @ force))
-        return self._ratio(project, self.load, contact)
+        _, inertia = self._forces()
+        return self._ratio(self._project(self.load + contact - inertia), self.load, contact, inertia)

@@ -6,15 +6,15 @@ import os
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydantic import TypeAdapter
 
-from contact.build import surface
 from contact.expression import Expression
 from contact.record import CERTIFICATE, RecordReader
-from contact.scene import SurfaceTable
+from contact.scene_surfaces import SurfaceTable, surface_of
 from contact.surfaces import Surface
 from runs.pictures import (
     ARROW,
@@ -113,7 +113,7 @@ class Frame:
         """The rigid surfaces of the scene's contacts, and their numbers of coordinates."""
         tables = [table["surface"] for table in self.scene.get("contact", []) if table["surface"]["kind"] != "point"]
         read = TypeAdapter(SurfaceTable).validate_python
-        return [(surface(read(table)), len(_anchor(table))) for table in tables]
+        return [(surface_of(read(table), Path()), len(_anchor(table))) for table in tables]
 
     def profile(self) -> Profile:
         """Pressure, or λ where the record has no pressure, over the undeformed place of the contact points."""

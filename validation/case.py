@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from contact.build import build
 from contact.certificate import Tolerances
-from contact.clock import Clock
+from contact.clock import PHASES, Clock
+from contact.loop import AcceptedStep, march
 from contact.pairs import FiniteSliding, SmallSliding
 from contact.points import ContactPoints
 from contact.scene import Scene
@@ -113,10 +114,11 @@ def case(
 
 @dataclass
 class Solved:
-    """A scene's system after its step."""
+    """A scene's system after its step, or its last one; `observed` is what a case looked at after each."""
 
     system: System
     result: StepResult
+    observed: list[Any] = field(default_factory=list)
 
     def forces(self, contact: int = 0) -> Floats:
         """λ of one contact of the scene, (c) [N]."""
@@ -171,8 +173,30 @@ class Run:
         clock.lap()
         system.prepare()
         exact = Tolerances(surface_error=1e-8, penetration=1e-8)
-        self.solved = Solved(system, step(system, model.time.end, model.solver.method, tolerances=exact))
+        self.solved = Solved(system, step(system, model.time.end, model.time.end, model.solver.method, tolerances=exact))
         self.seconds = clock.lap()
+        return self.solved
+
+    def march(self, observe: Callable[[System, AcceptedStep], Any], **scene: Any) -> Solved:
+        """Build a scene and run its steps, each looked at by `observe`. Collective."""
+        clock = Clock()
+        model = Scene.model_validate({**scene, "solver": {"method": self.method, **scene.get("solver", {})}})
+        system = build(model, self.comm, clock=clock)
+        clock.lap()
+        system.prepare()
+        observed, last, seconds = [], None, dict.fromkeys((*PHASES, "total"), 0.0)
+
+        def sink(accepted: AcceptedStep) -> None:
+            nonlocal last
+            last = accepted.result
+            for phase, spent in accepted.seconds.items():
+                seconds[phase] += spent
+            if accepted.converged:
+                observed.append(observe(system, accepted))
+
+        march(system, model, sink)
+        assert last is not None
+        self.solved, self.seconds = Solved(system, last, observed), seconds
         return self.solved
 
     def close(self) -> None:

@@ -13,6 +13,7 @@ from contact.scene import Scene
 from contact.step import step
 from fem.body import Body
 from fem.elasticity import Elasticity
+from fem.integrators import Static
 from fem.loads import Support
 from fem.space import Space
 from meshes.generators import generate
@@ -71,7 +72,7 @@ def _corner(comm: Any) -> dict[str, float]:
         Support("bottom", 0, 0.03),
     ]
     body = Body("box", Space(comm, mesh, 2), Elasticity(1.0, 0.3, "plane-strain"), supports)
-    body.update(0.0)
+    body.begin(0.0, Static())
     x, u = body.space.piece.points, body.displacement
     found = {(*point, value) for point, value in zip(x.tolist(), u[:, 0].tolist(), strict=True)}
     corners = sorted(set().union(*comm.allgather(found)))

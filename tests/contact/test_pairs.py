@@ -69,7 +69,7 @@ def test_two_points() -> None:
     found = pair.detect()
     assert found is not None
     assert found.offset == pytest.approx([0.5])
-    assert [h.toarray().sum() for h in found.H.values()] == [1.0, -1.0]
+    assert [h.sparse().toarray().sum() for h in found.H.values()] == [1.0, -1.0]
     bars[0].u[:] = -0.2
     bars[1].u[:] = 0.1
     assert pair.gaps() == pytest.approx([0.2])
@@ -117,4 +117,4 @@ def test_points_on_the_axis_of_a_tube() -> None:
     assert on_axis.any()
     np.testing.assert_allclose(pair.gaps()[on_axis], 2.0)
     found = pair.detect()
-    assert all(np.isfinite(h.data).all() for h in found.H.values())
+    assert all(np.isfinite(h.sparse().data).all() for h in found.H.values())

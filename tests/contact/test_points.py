@@ -11,6 +11,7 @@ from contact.step import step
 from contact.surfaces import Plane, Sphere, paraboloid
 from fem.body import Body
 from fem.elasticity import State
+from fem.integrators import Static
 from fem.loads import Load
 from fem.scalar import Laplacian
 from fem.space import Space
@@ -69,7 +70,7 @@ def test_forces_of_a_uniform_pressure(state: State, order: int, constraint: type
     body = solid(box(_dim(state), order), state, loads=(Load("pressure", 1.7, "bottom"),))
     points = constraint(body, "bottom")
     normals = np.tile(np.eye(_dim(state))[-1], (len(points.nodes), 1))
-    body.update(0.0)
+    body.begin(0.0, Static())
     np.testing.assert_allclose(points.matrix(normals).T @ (1.7 * points.areas), body.load, atol=1e-14)
 
 
@@ -90,7 +91,7 @@ def test_rows_are_the_derivatives_of_gaps(state: State, order: int, constraint: 
     constraints = pair.detect()
     np.testing.assert_allclose(constraints.offset, before, atol=1e-14)
     body.u = body.space.local(u)
-    np.testing.assert_allclose(pair.gaps() - before, constraints.H[body] @ u, atol=1e-13)
+    np.testing.assert_allclose(pair.gaps() - before, constraints.H[body].apply(u), atol=1e-13)
     assert pair.detect() is None
 
     for surface in (Sphere(below, 0.7), paraboloid(below, 1.5)):
@@ -102,7 +103,7 @@ def test_rows_are_the_derivatives_of_gaps(state: State, order: int, constraint: 
         for sign in (1, -1):
             body.u = body.space.local((0.1 + sign * eps) * u)
             changes.append(finite.gaps())
-        np.testing.assert_allclose((changes[0] - changes[1]) / (2 * eps), at.H[body] @ u, atol=1e-7)
+        np.testing.assert_allclose((changes[0] - changes[1]) / (2 * eps), at.H[body].apply(u), atol=1e-7)
 
 
 @choices
@@ -141,7 +142,7 @@ def test_bodies_that_touch_with_their_cells(dim: int, order: int) -> None:
     assert points.count == len(np.unique(mesh.cells[:, : dim + 1]))
     assert points.areas.sum() == pytest.approx(1.0, rel=1e-12)
     assert points.areas @ points.mean(points.positions()[:, 0] ** 2) == pytest.approx(1 / 3, rel=1e-12)
-    body.update(0.0)
+    body.begin(0.0, Static())
     H = points.matrix(np.repeat(frame, len(points.nodes), axis=0))
     np.testing.assert_allclose(H.T @ (1.7 * points.areas), body.load, atol=1e-14)
 

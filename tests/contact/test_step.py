@@ -60,7 +60,7 @@ def test_block_pressed_on_a_ball(dim: int) -> None:
     assert result.passes > 1
     # the forces point away from the centre: their moment about it is zero
     lin = result.linearisation
-    reaction = (lin.H[body].T @ result.lam).reshape(-1, dim)
+    reaction = lin.H[body].apply_transpose(result.lam).reshape(-1, dim)
     arm = body.points + body.displacement - centre
     moments = [arm[:, i] * reaction[:, j] - arm[:, j] * reaction[:, i] for i in range(dim) for j in range(i)]
     np.testing.assert_allclose(np.sum(moments, axis=1), 0, atol=1e-8)

@@ -46,7 +46,7 @@ def _certify(pressed: tuple[System, StepResult], lam: np.ndarray, u: np.ndarray 
 def _bottom(pressed: tuple[System, StepResult], constraint: int) -> np.ndarray:
     """A unit motion of a contact's node along its normal."""
     system, result = pressed
-    h = result.linearisation.H[system.bodies[0]].toarray()[constraint]
+    h = result.linearisation.H[system.bodies[0]].sparse().toarray()[constraint]
     motion: np.ndarray = h / (h @ h)
     return motion
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from fem.body import Body
 from fem.elasticity import Elasticity, State
+from fem.integrators import Static
 from fem.loads import Load, Support
 from fem.space import Space
 from meshes.generators import generate
@@ -65,7 +66,7 @@ def solved(body: Body, t: float = 0.0) -> Body:
     """The body after assembly, factorisation and its free motion."""
     body.assemble()
     body.factor()
-    body.update(t)
+    body.begin(t, Static())
     body.free_motion()
     return body
 

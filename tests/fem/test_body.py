@@ -11,6 +11,7 @@ from petsc4py import PETSc
 
 from fem.body import Body
 from fem.elasticity import State
+from fem.integrators import Static
 from fem.loads import Load, Support
 from fem.scalar import Laplacian
 from fem.space import Space
@@ -19,7 +20,7 @@ from meshes.mesh import Mesh
 
 
 def _resultant(body: Body) -> Floats:
-    body.update(0.0)
+    body.begin(0.0, Static())
     c = body.space.components
     return body.load[: c * body.space.piece.owned].reshape(-1, c).sum(axis=0)
 
@@ -44,7 +45,7 @@ def test_resultants(dim: int, order: int) -> None:
     # ∫ x² over the top: its traction is a function of place and time
     load = Load("traction", lambda x, t: (x[:, :1] ** 2 + t) * g, "top")
     body = solid(mesh, state, loads=[load])
-    body.update(2.0)
+    body.begin(2.0, Static())
     assert body.load.sum() == pytest.approx((1 / 3 + 2) * g.sum(), rel=1e-12)
 
 
@@ -71,7 +72,7 @@ def test_moment_of_a_traction() -> None:
     body = solid(
         block(2, 2), "plane-strain", loads=[Load("traction", lambda x, t: np.stack([0 * x[:, 0], x[:, 0]], 1), "top")]
     )
-    body.update(0.0)
+    body.begin(0.0, Static())
     x = body.space.piece.points[: body.space.piece.owned]
     f = body.load.reshape(-1, 2)
     assert (x[:, 0] * f[:, 1] - x[:, 1] * f[:, 0]).sum() == pytest.approx(1 / 3, rel=1e-12)
@@ -94,7 +95,7 @@ def test_functions_of_one_number() -> None:
         np.testing.assert_array_equal(body.displacement[left], body.space.piece.points[left][:, [1, 1]])
     wrong = solid(mesh, "plane-strain", loads=[Load("body", [1.0, 2.0, 3.0])])
     with pytest.raises(ValueError, match="must give one number or 2"):
-        wrong.update(0.0)
+        wrong.begin(0.0, Static())
 
 
 def test_pressure_needs_sides() -> None:
@@ -195,7 +196,7 @@ def test_factor_is_not_stale() -> None:
     with solved(fresh(), 1.0) as body:
         ksp = body._ksp
         for t in (2.0, -1.0, 2.0):
-            body.update(t)
+            body.begin(t, Static())
             body.free_motion()
             with solved(fresh(), t) as new:
                 np.testing.assert_allclose(body.u, new.u, atol=1e-12)

@@ -5,6 +5,7 @@ import pytest
 from fem_examples import block
 from mpi4py import MPI
 
+from fem.integrators import Static
 from fem.loads import Load, Support
 from fem.rigid_body import RigidBody
 from fem.space import Space
@@ -25,7 +26,7 @@ def test_modes(guided: bool, held: list[int], modes: int) -> None:
 def test_a_body_held_everywhere_is_in_balance() -> None:
     """No mode is left for a force to move."""
     body = _block(Support("left"), loads=(Load("body", [3.0, 4.0]),))
-    body.update(0.0)
+    body.begin(0.0, Static())
     assert body.modes.shape[1] == 0
     assert body.imbalance(np.zeros(body.space.owned)) == 0.0
 
@@ -33,7 +34,7 @@ def test_a_body_held_everywhere_is_in_balance() -> None:
 def test_imbalance_is_that_of_the_resultants() -> None:
     """A weight is balanced by forces of the same resultant and moment, and by no others."""
     body = _block(loads=(Load("body", [0.0, -1.0]),))
-    body.update(0.0)
+    body.begin(0.0, Static())
     none = np.zeros(body.space.owned)
     corners = [np.flatnonzero((body.space.piece.points == corner).all(axis=1))[0] for corner in ([0, 0], [1, 0])]
     both, one = none.copy(), none.copy()
@@ -49,7 +50,7 @@ def test_it_does_not_deform() -> None:
     body = _block(loads=(Load("body", [0.0, -1.0]),))
     body.assemble()
     body.factor()
-    body.update(0.0)
+    body.begin(0.0, Static())
     body.free_motion()
     np.testing.assert_array_equal(body.u, 0)
     np.testing.assert_array_equal(body.solve(np.ones((body.space.owned, 3))), 0)

@@ -1,0 +1,197 @@
+"""From a scene's beam to the body: sections, rest shape, where it starts, supports, loads and mass."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contact.expression import Expression
+from contact.scene_devices import (
+    FREEDOMS,
+    ArcTable,
+    BeamLoadTable,
+    BeamSupportTable,
+    BeamTable,
+    HelixTable,
+    PolylineTable,
+    SectionTable,
+)
+from fem.beam import Beam, BeamInertia, BeamLoads, Drive
+from fem.beam_element import beam_data
+from fem.beam_sections import Profile, Section, Stiffness
+from meshes import centrelines
+from meshes.centrelines import Centreline
+
+Floats = NDArray[np.float64]
+
+
+def beam_of(table: BeamTable, dynamic: bool) -> Beam:
+    """The beam of a scene's table.
+
+    Raises
+    ------
+    ValueError
+        One line that names what cannot be built and what is allowed.
+    """
+    try:
+        rest = centrelines.join([_shape(section) for section in table.sections])
+        profiles = [_profile(section) for section in table.sections]
+        start = _placed(table, rest)
+        data = beam_data(rest, profiles)
+    except ValueError as error:
+        raise ValueError(f"body {table.name!r}: {error}") from None
+    radius = _radii(table, rest)
+    line, points = _loads(table, rest, profiles)
+    return Beam(
+        table.name,
+        start.points,
+        start.frames,
+        data,
+        radius,
+        [_drive(table, support, rest, start) for support in table.supports],
+        BeamLoads(line, points),
+        _inertia(table, rest, profiles) if dynamic else None,
+    )
+
+
+def _shape(section: SectionTable) -> Centreline:
+    shape, length, elements = section.shape, section.length, section.elements
+    if isinstance(shape, ArcTable):
+        return centrelines.arc(length, elements, shape.radius, shape.plane)
+    if isinstance(shape, HelixTable):
+        return centrelines.helix(length, elements, shape.radius, shape.pitch, shape.plane)
+    if isinstance(shape, PolylineTable):
+        return centrelines.polyline(np.array(shape.points), elements)
+    return centrelines.straight(length, elements)
+
+
+def _profile(section: SectionTable) -> Profile:
+    if section.E is None:
+        assert section.EA and section.GJ and section.EI
+        return Stiffness(section.EA, section.GJ, section.EI, section.mass, section.inertia)
+    return Section(
+        section.E,
+        section.radius,
+        section.inner_radius,
+        section.nu,
+        section.G,
+        section.density,
+        section.end_radius,
+        section.shear,
+    )
+
+
+def _placed(table: BeamTable, rest: Centreline) -> Centreline:
+    place = table.placement
+    if place.path is not None:
+        return centrelines.along(np.array(place.path), rest.arc - rest.arc[0], place.roll)
+    if place.straight:
+        flat = Centreline(
+            np.outer(rest.arc - rest.arc[0], [1.0, 0.0, 0.0]),
+            np.broadcast_to(np.eye(3), rest.frames.shape),
+            rest.arc,
+            rest.section,
+        )
+        return flat.placed(place.start, place.direction, place.roll)
+    return rest.placed(place.start, place.direction, place.roll)
+
+
+def _radii(table: BeamTable, rest: Centreline) -> Floats:
+    """Outer radius in the middle of each element [m]."""
+    first = np.array([section.radius for section in table.sections])[rest.section]
+    last = np.array([section.end_radius or section.radius for section in table.sections])[rest.section]
+    radius: Floats = first + (last - first) * rest.relative()
+    return radius
+
+
+def _node(table: BeamTable, at: Any, rest: Centreline) -> int:
+    arc = rest.arc - rest.arc[0]
+    place = {"start": 0.0, "end": arc[-1]}.get(at, at)
+    if place > arc[-1] * (1 + 1e-9):
+        raise ValueError(f"body {table.name!r}: at = {at}: must be start, end or up to its length {arc[-1]:.6g}")
+    return int(np.argmin(np.abs(arc - place)))
+
+
+def _drive(table: BeamTable, support: BeamSupportTable, rest: Centreline, start: Centreline) -> Drive:
+    node = _node(table, support.at, rest)
+    tangent = start.frames[node][:, 0]
+    push, twist = _function([support.push]), _function([support.twist])
+    shift = _function(support.displacement or [0.0] * 3)
+    turn = _function(support.rotation or [0.0] * 3)
+    still = not any((support.push, support.twist, support.displacement, support.rotation))
+
+    def motion(t: float) -> Floats:
+        return np.concatenate([shift(t) + push(t) * tangent, turn(t) + twist(t) * tangent])
+
+    components = tuple(sorted(FREEDOMS.index(freedom) for freedom in set(support.hold)))
+    return Drive(node, components, None if still else motion)
+
+
+def _loads(
+    table: BeamTable, rest: Centreline, profiles: list[Profile]
+) -> tuple[Callable[[float], Floats] | None, list[tuple[int, Callable[[float], Floats]]]]:
+    lines: list[Callable[[float], Floats]] = []
+    points = []
+    relative = rest.relative()
+    mass = np.array([profiles[s].at(relative[[i]]).mass[0] for i, s in enumerate(rest.section)])
+    for load in table.loads:
+        value = _function(load.value)
+        if load.kind == "point":
+            points.append((_node(table, load.at, rest), _point(load)))
+        elif load.kind == "gravity":
+            if not mass.any():
+                raise ValueError(f"body {table.name!r}: gravity: needs a density or mass")
+            lines.append(lambda t, value=value: mass[:, None] * value(t))  # type: ignore[misc]
+        else:
+            lines.append(lambda t, value=value: np.tile(value(t), (len(mass), 1)))  # type: ignore[misc]
+    if not lines:
+        return None, points
+    return lambda t: np.sum([line(t) for line in lines], axis=0), points
+
+
+def _point(load: BeamLoadTable) -> Callable[[float], Floats]:
+    force, moment = _function(load.value), _function(load.moment or [0.0] * 3)
+    return lambda t: np.concatenate([force(t), moment(t)])
+
+
+def _inertia(table: BeamTable, rest: Centreline, profiles: list[Profile]) -> BeamInertia:
+    """Half of each element's mass and rotary inertia at its ends, or its consistent mass."""
+    relative, length = rest.relative(), np.diff(rest.arc)
+    sections = [profiles[s].at(relative[[i]]) for i, s in enumerate(rest.section)]
+    mass = length * np.array([section.mass[0] for section in sections])
+    if not mass.all():
+        raise ValueError(f"body {table.name!r}: an integrator in time needs a density or mass in every section")
+    rotary = np.array([[s.polar[0], s.I2[0], s.I3[0]] for s in sections]) * length[:, None]
+    # The rotation of an element's half about its node keeps A regular where a section has no rotary inertia of its own.
+    rotary += np.outer(mass * length**2 / 105, [0.0, 1.0, 1.0])
+    own, shared = (1 / 3, 1 / 6) if table.mass == "consistent" else (1 / 2, 0.0)
+    nodes, turning = np.zeros(len(length) + 1), np.zeros((len(length) + 1, 3))
+    for part in (slice(None, -1), slice(1, None)):
+        nodes[part] += own * mass
+        turning[part] += rotary / 2
+    a, b = table.rayleigh
+    x, y, z = table.velocity
+    return BeamInertia(nodes, shared * mass, turning, (a, b), (x, y, z))
+
+
+def _function(values: list[Any]) -> Callable[[float], Floats]:
+    """Numbers, expressions in t or functions of t as one function of t."""
+    here = np.zeros((1, 3))
+    if all(isinstance(value, int | float) for value in values):
+        fixed = np.array(values, dtype=float)
+        return lambda t: fixed
+    parts = [Expression(value) if isinstance(value, str) else value for value in values]
+
+    def function(t: float) -> Floats:
+        return np.array(
+            [
+                part(here, t)[0] if isinstance(part, Expression) else part(t) if callable(part) else part
+                for part in parts
+            ],
+            dtype=float,
+        )
+
+    return function

@@ -1,0 +1,177 @@
+"""Contact of a beam with a surface: points sampled along its centreline, kept at the device's radius from the wall."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from contact.detection import Foot, first_root, nearest
+from contact.pairs import Constraints, check_interference
+from contact.rows import ElementRows
+from contact.surfaces import Surface
+from fem import beam_points
+from fem.beam import Beam
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+
+class DeviceContact:
+    """Sampled points p of a beam against a surface: δ = d(p) − a, with d the distance to the surface, a the radius.
+
+    A device of circular section touches where its centreline comes as near as its radius, so that the row of H is
+    n·∂p/∂q with n = ∇d, and its curvature ∇²d. The first pass of a step takes the plane where the motion of a point
+    from the last accepted state first meets the surface, or that of its closest point where it meets none; later passes
+    take those of the closest points. Points whose last known gap is more than their motion since cannot touch (d is
+    1-Lipschitz): they are no candidates and cost no look at the surface.
+
+    Parameters
+    ----------
+    samples : contact points per element, evenly spaced along the rest length, both ends of the beam among them
+    interference : how deep a point may start in the wall [m]
+    """
+
+    def __init__(self, name: str, body: Beam, surface: Surface, samples: int = 2, interference: float = 0.0) -> None:
+        self.name, self.body, self.surface, self.interference = name, body, surface, interference
+        arc = np.append(0.0, np.cumsum(body.data.length))
+        m = len(body.data.length)
+        s = np.linspace(0.0, arc[-1], samples * m + 1)
+        self.elements: Ints = np.clip(np.searchsorted(arc, s, side="right") - 1, 0, m - 1)
+        self.xi: Floats = np.clip((s - arc[self.elements]) / body.data.length[self.elements], 0.0, 1.0)
+        self.radius: Floats = body.radius[self.elements]
+        self.count = len(s)
+        self.places = self._points(body.start, body.start_frames)
+        self.areas = np.zeros(self.count)
+        self._first = 6 * self.elements
+        self.accepted = self.at = self.places
+        self.foot = self._feet(np.arange(self.count), None)
+        self.known = self.foot.distance - self.radius  # the gap of each point where it was last looked at …
+        self.seen = self.places.copy()  # … and that place
+        self.candidates = np.zeros(self.count, dtype=bool)
+        self._searching, self._fresh = True, False
+
+    def _points(self, x: Floats, R: Floats) -> Floats:
+        p: Floats = beam_points.centreline_points(x, R, self.elements, self.xi, self.body.data.length)
+        return p
+
+    def _feet(self, rows: Ints, guess: Floats | None) -> Foot:
+        return nearest(self.surface, self.at[rows], guess)
+
+    def start(self) -> None:
+        """Refuse an interference deeper than declared."""
+        check_interference(self.name, self.known, self.interference, float(self.radius.max()))
+
+    def begin(self) -> None:
+        """Before the first pass of a step: candidates are found anew."""
+        self._searching = True
+
+    def moved(self) -> None:
+        """The beam has moved: what was detected holds no more."""
+        self._fresh = True
+
+    # --- detection ------------------------------------------------------------------------------------------------
+
+    def detect(self) -> Constraints | None:
+        """Tangent planes at the candidates about the present state; None where they are those of the last call."""
+        at = self._points(self.body.x, self.body.R)
+        if self._searching:
+            self.at = at
+            way = np.linalg.norm(at - self.accepted, axis=1) + 0.1 * self.radius
+            self._look(self._bound() <= way)
+            self.candidates = self.known <= way
+        elif self._fresh:
+            self.at = at
+            self._look(self.candidates | (self._bound() <= 0))
+            self.candidates |= self.known <= 0
+        elif not self._meet():
+            return None
+        self._searching = self._fresh = False
+        normals = self.foot.normal.copy()
+        rows = np.flatnonzero(self.candidates)
+        values = np.zeros((self.count, 12))
+        values[rows] = beam_points.point_rows(
+            normals[rows], self.body.R, self.elements[rows], self.xi[rows], self.body.data.length
+        )
+        offset = np.full(self.count, np.inf)
+        offset[rows] = np.einsum("qd,qd->q", self.at[rows] - self.foot.point[rows], normals[rows]) - self.radius[rows]
+        H = ElementRows(values, self._first, self.body.space.size)
+        return Constraints({self.body: H}, offset, normals, self.places, self.areas, float(self.radius.max()))
+
+    def _meet(self) -> bool:
+        """Make candidates of the points that the free motion could bring to the wall; whether there are any new ones.
+
+        A point that comes from further away than its radius takes the plane where its way first meets the wall.
+        """
+        free = self._points(*self.body.trial())
+        new = ~self.candidates & (self._bound() <= np.linalg.norm(free - self.at, axis=1))
+        self._look(new)
+        new &= self.known <= np.linalg.norm(free - self.at, axis=1)
+        if not new.any():
+            return False
+        self.candidates |= new
+        rows = np.flatnonzero(new & (self.known > self.radius))
+        start, way = self.accepted[rows], free[rows] - self.accepted[rows]
+        s = first_root(self.surface, start, free[rows], 1e-3 * float(self.radius.min()))
+        met = np.isfinite(s)
+        point = start[met] + s[met, None] * way[met]
+        gradient = self.surface.gradient(point)
+        self.foot.point[rows[met]] = point
+        self.foot.normal[rows[met]] = gradient / np.linalg.norm(gradient, axis=1)[:, None]
+        return True
+
+    def _bound(self) -> Floats:
+        """What every gap is at least, from where it was last looked at."""
+        bound: Floats = self.known - np.linalg.norm(self.at - self.seen, axis=1)
+        return bound
+
+    def _look(self, chosen: Bools) -> None:
+        """Closest points and gaps of the chosen points."""
+        rows = np.flatnonzero(chosen)
+        if not rows.size:
+            return
+        foot = self._feet(rows, self.foot.point[rows] + self.at[rows] - self.seen[rows])
+        self.foot.distance[rows] = foot.distance
+        self.foot.point[rows] = foot.point
+        self.foot.normal[rows] = foot.normal
+        self.foot.curvature[rows] = foot.curvature
+        self.known[rows] = foot.distance - self.radius[rows]
+        self.seen[rows] = self.at[rows]
+
+    def gaps(self) -> Floats:
+        """True gaps of the candidates, and what those of the others are at least, (c) [m]."""
+        return np.where(self.candidates, self.known, self._bound())
+
+    # --- the step -------------------------------------------------------------------------------------------------
+
+    def stiffen(self, lam: Floats) -> None:
+        """Give the beam −Σ λ ∇²δ: the curvature of the wall, and of the centreline's interpolation."""
+        rows = np.flatnonzero(lam > 0)
+        if rows.size:
+            blocks = beam_points.point_blocks(
+                lam[rows],
+                self.foot.normal[rows],
+                self.foot.curvature[rows],
+                self.body.R,
+                self.elements[rows],
+                self.xi[rows],
+                self.body.data.length,
+            )
+            self.body.stiffen(self.elements[rows], blocks)
+
+    def crossed(self) -> bool:
+        """Whether the centreline went through the wall on the straight way from the last accepted state."""
+        way = np.linalg.norm(self.at - self.accepted, axis=1)
+        rows = np.flatnonzero(way >= 2 * (self._bound() + self.radius) - way)
+        if not rows.size:
+            return False
+        tolerance = 1e-3 * float(self.radius.min())
+        return bool(np.isfinite(first_root(self.surface, self.accepted[rows], self.at[rows], tolerance)).any())
+
+    def accept(self) -> None:
+        """Take the present state as the start of the next step's motion."""
+        self.at = self.accepted = self._points(self.body.x, self.body.R)
+
+    def nearest_nodes(self) -> Ints:
+        """The node next to each point, (c)."""
+        return self.elements + (self.xi > 0.5)

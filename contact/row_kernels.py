@@ -1,0 +1,73 @@
+"""Products with rows of H that touch a few neighbouring unknowns each: compiled, for `contact.rows.ElementRows`.
+
+Row i has the entries values[i] at the unknowns first[i], first[i] + 1, … Oracle: the same rows as a sparse matrix.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+@njit(cache=True)
+def apply(values: Floats, first: Ints, u: Floats) -> Floats:
+    """H u, (c)."""
+    c, w = values.shape
+    result = np.empty(c)
+    for i in range(c):
+        total = 0.0
+        for k in range(w):
+            total += values[i, k] * u[first[i] + k]
+        result[i] = total
+    return result
+
+
+@njit(cache=True)
+def apply_transpose(values: Floats, first: Ints, lam: Floats, n: int) -> Floats:
+    """Hᵀ λ, (n)."""
+    result = np.zeros(n)
+    for i in range(len(lam)):
+        if lam[i] != 0.0:
+            for k in range(values.shape[1]):
+                result[first[i] + k] += values[i, k] * lam[i]
+    return result
+
+
+@njit(cache=True)
+def columns(values: Floats, first: Ints, rows: Ints, n: int) -> Floats:
+    """Hᵀ for some rows as k dense right-hand sides, stored one after the other, (k, n)."""
+    result = np.zeros((len(rows), n))
+    for j in range(len(rows)):
+        i = rows[j]
+        for k in range(values.shape[1]):
+            result[j, first[i] + k] = values[i, k]
+    return result
+
+
+@njit(cache=True)
+def product(values: Floats, first: Ints, X: Floats) -> Floats:
+    """H Xᵀ for k solutions stored one after the other (k, n), given as (k, c)."""
+    c, w = values.shape
+    result = np.empty((len(X), c))
+    for j in range(len(X)):
+        for i in range(c):
+            total = 0.0
+            for k in range(w):
+                total += values[i, k] * X[j, first[i] + k]
+            result[j, i] = total
+    return result
+
+
+@njit(cache=True)
+def without(values: Floats, first: Ints, free: NDArray[np.bool_]) -> Floats:
+    """The entries, zero at unknowns that are not free."""
+    result = np.zeros_like(values)
+    for i in range(len(values)):
+        for k in range(values.shape[1]):
+            if free[first[i] + k]:
+                result[i, k] = values[i, k]
+    return result

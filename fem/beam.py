@@ -1,0 +1,533 @@
+"""A beam as a body: large rotations, one block-tridiagonal iteration matrix, factorised as often as it changes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+from mpi4py import MPI
+from numpy.typing import NDArray
+from petsc4py import PETSc
+
+from fem import beam_kernels as kernels
+from fem.beam_element import BeamData
+from fem.integrators import Integrator, Static
+from fem.rotations import exp
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+State = tuple[Floats, ...]
+
+TURN = 0.3  # the largest rotation of a node in one pass, per component [rad]
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A node whose unknowns are prescribed.
+
+    node : its number
+    components : which of (x, y, z, rx, ry, rz) are held
+    motion : from t [s] to its displacement and rotation vector since the start, (6) [m, rad]; None where it rests
+    """
+
+    node: int
+    components: tuple[int, ...] = (0, 1, 2, 3, 4, 5)
+    motion: Callable[[float], Floats] | None = None
+
+
+@dataclass(frozen=True)
+class BeamLoads:
+    """Dead loads on a beam, as functions of t [s] or constants.
+
+    line : force per rest length of each element, (N − 1, 3) [N/m], taken up by its nodes as the Hermite interpolation
+        does
+    points : pairs of a node and its force and moment (6) [N, N·m]
+    """
+
+    line: Callable[[float], Floats] | None = None
+    points: Sequence[tuple[int, Callable[[float], Floats]]] = ()
+
+
+@dataclass(frozen=True)
+class BeamInertia:
+    """The mass of a beam; it exists only where a scene is dynamic.
+
+    nodes, links : the tridiagonal mass matrix of each displacement component, (N) and (N − 1) [kg]
+    rotary : moments of inertia about the node's axes t, d₂, d₃, (N, 3) [kg m²]
+    rayleigh : a [1/s], b [s] of the damping a M + b K; b acts on the rates of strain, so that it resists no rigid motion
+    velocity : at the start, (3) [m/s]
+    """
+
+    nodes: Floats
+    links: Floats
+    rotary: Floats
+    rayleigh: tuple[float, float] = (0.0, 0.0)
+    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Line:
+    """The nodes and elements of a chain, numbered from its start; the names are those of `meshes.partition.Piece`."""
+
+    points: Floats
+
+    @property
+    def total(self) -> int:
+        """The number of nodes."""
+        return len(self.points)
+
+    owned = total
+
+    @property
+    def original(self) -> Ints:
+        """The number of each node."""
+        return np.arange(self.total)
+
+    @property
+    def cells(self) -> Ints:
+        """The nodes of each element."""
+        return np.stack([self.original[:-1], self.original[1:]], axis=1)
+
+
+@dataclass(frozen=True)
+class Chain:
+    """The unknowns of a beam as a space: six per node, all on this rank."""
+
+    piece: Line
+    dim: int = 1
+
+    @property
+    def nodes(self) -> int:
+        """The number of nodes."""
+        return self.piece.total
+
+    @property
+    def size(self) -> int:
+        """The number of unknowns."""
+        return 6 * self.nodes
+
+    @property
+    def owned(self) -> int:
+        """All of them."""
+        return self.size
+
+
+class Beam:
+    """A chain of beam elements: A d = f_ext − f_int − inertia about its present configuration.
+
+    Unknowns are, node by node, increments of position and spatial spins (dx, dθ): x ← x + dx, R ← exp(dθ) R. Every rank
+    holds all of a beam and computes the same.
+
+    Parameters
+    ----------
+    name : names it in scenes, messages and records
+    x, R : nodes (N, 3) [m] and their frames (N, 3, 3), columns t, d₂, d₃, where the run starts
+    data : rest shape and stiffness of the elements
+    radius : outer radius of each element, (N − 1) [m]
+    drives, loads : what holds it and what acts on it
+    inertia : None in statics
+
+    Attributes
+    ----------
+    u : the free increment d about the present configuration, (6 N)
+    """
+
+    deformable = True
+    linear = False
+    model = None
+
+    def __init__(
+        self,
+        name: str,
+        x: Floats,
+        R: Floats,
+        data: BeamData,
+        radius: Floats,
+        drives: Sequence[Drive] = (),
+        loads: BeamLoads | None = None,
+        inertia: BeamInertia | None = None,
+    ) -> None:
+        self.name, self.data, self.radius = name, data, radius
+        self.drives, self.loads, self.inertia = list(drives), loads or BeamLoads(), inertia
+        n = len(x)
+        self.space, self.comm = Chain(Line(x.copy())), MPI.COMM_SELF
+        self.start, self.start_frames = x.copy(), R.copy()
+        self.x, self.R, self.edges = x.copy(), R.copy(), np.diff(x, axis=0)
+        self.v = np.tile(np.array(inertia.velocity if inertia else (0.0, 0.0, 0.0)), (n, 1))
+        self.w = np.zeros((n, 3))
+        self.u = np.zeros(6 * n)
+        self.load = np.zeros(6 * n)
+        self.fixed = np.zeros(6 * n, dtype=bool)
+        for drive in self.drives:
+            self.fixed[6 * drive.node + np.array(drive.components, dtype=int)] = True
+        self.modes = np.zeros((6 * n, 0))
+        self.size = float(np.ptp(x, axis=0).max())
+        self._history: State = self._configuration()
+        self._integrator: Integrator = Static()
+        self._damped = data
+        self._extra: tuple[Ints, Floats] | None = None
+        self._forces: tuple[Floats, Floats] | None = None
+        self._fresh = self._factorised = False
+        self._matrix = _BlockTridiagonal(n, self.fixed)
+        # Moments are measured against forces by an element's length.
+        self._unit = np.tile(np.repeat([1.0, 1 / float(data.length.mean())], 3), n)
+        if inertia is None:
+            self._check_held()
+
+    def _check_held(self) -> None:
+        """ValueError where no support resists some rigid motion of a static beam."""
+        arm = self.x - self.x.mean(axis=0)
+        modes = np.zeros((len(arm), 6, 6))
+        modes[:, :3, :3] = modes[:, 3:, 3:] = np.eye(3)
+        for i, e in enumerate(np.eye(3)):
+            modes[:, :3, 3 + i] = np.cross(e, arm) / self.size
+        modes[:, 3:, 3:] /= self.size
+        held = np.linalg.matrix_rank(modes.reshape(-1, 6)[self.fixed], tol=1e-9) if self.fixed.any() else 0
+        if held < 6:
+            raise ValueError(
+                f"body {self.name!r}: {6 - held} rigid motion(s) that no support holds; "
+                "add supports, or a density and an integrator in time"
+            )
+
+    # --- state ----------------------------------------------------------------------------------------------------
+
+    @property
+    def A(self) -> Any:
+        """The iteration matrix as a PETSc matrix."""
+        return self._matrix.A
+
+    @property
+    def held(self) -> Bools:
+        """The unknowns that A does not move."""
+        return self.fixed
+
+    def _configuration(self) -> State:
+        return self.x, self.R, self.edges, self.v, self.w
+
+    def state(self) -> State:
+        """What a rejected step must give back."""
+        return tuple(part.copy() for part in self._configuration())
+
+    def restore(self, state: State) -> None:
+        """Return to a `state`."""
+        self.x, self.R, self.edges, self.v, self.w = (part.copy() for part in state)
+        self._moved()
+
+    def checkpoint(self) -> dict[str, Floats]:
+        """The state by names, for a record."""
+        return dict(zip(("x", "R", "edges", "v", "w"), self.state(), strict=True))
+
+    def resume(self, saved: dict[str, Floats]) -> None:
+        """Take up a `checkpoint`; ValueError where it is another beam's."""
+        if saved.get("x", np.empty(0)).shape != self.x.shape:
+            raise ValueError(f"resume: the record's body {self.name!r} has another number of nodes than the scene's")
+        self.restore(tuple(np.asarray(saved[key]) for key in ("x", "R", "edges", "v", "w")))
+
+    def coordinates(self) -> Floats:
+        """The free increment, in which constraints are linear."""
+        return self.u
+
+    def trial(self) -> tuple[Floats, Floats]:
+        """Nodes and frames after the free increment."""
+        if not self.u.any():
+            return self.x, self.R
+        x, R, _ = kernels.update(self.x, self.R, self.edges, self.u.reshape(-1, 6))
+        return x, R
+
+    @property
+    def points(self) -> Floats:
+        """Positions of the nodes at the start, (N, 3) [m]."""
+        return self.start
+
+    @property
+    def displacement(self) -> Floats:
+        """Displacements of the nodes since the start, (N, 3) [m]."""
+        moved: Floats = self.x - self.start
+        return moved
+
+    # --- a step ---------------------------------------------------------------------------------------------------
+
+    def begin(self, t: float, integrator: Integrator) -> None:
+        """Start a step that ends at t: loads and prescribed motion of t, the nodes where their velocities lead.
+
+        Raises
+        ------
+        ValueError
+            where a load or a prescribed motion is not finite.
+        """
+        self._history, self._integrator = self.state(), integrator
+        d = np.zeros((self.space.nodes, 6))
+        if self.inertia is not None:
+            dt = 1 / integrator.damping
+            d[:, :3], d[:, 3:] = dt * self.v, dt * self.w
+            d.reshape(-1)[self.fixed] = 0.0
+            self._begin_dynamics(integrator)
+        for drive in self.drives:
+            if drive.motion is not None:
+                self._follow(drive, drive.motion(t), d[drive.node])
+        self._load(t)
+        if not (np.isfinite(d).all() and np.isfinite(self.load).all()):
+            raise ValueError(f"body {self.name!r}: a support or load is not finite at t = {t:.6g}")
+        self._shift(d)
+        self.renew()
+
+    def _follow(self, drive: Drive, motion: Floats, d: Floats) -> None:
+        """The increments that bring a node to its prescribed place."""
+        i = drive.node
+        to = np.concatenate(
+            [
+                self.start[i] + motion[:3] - self.x[i],
+                kernels.relative_rotations(self.R[i : i + 1], (exp(motion[3:]) @ self.start_frames[i])[None])[0],
+            ]
+        )
+        held = list(drive.components)
+        d[held] = to[held]
+
+    def _begin_dynamics(self, integrator: Integrator) -> None:
+        inertia = self.inertia
+        assert inertia is not None
+        a, b = inertia.rayleigh
+        self._J = np.einsum("nij,nj,nkj->nik", self.R, inertia.rotary, self.R)
+        if b:
+            # b K v as a stress of the rate of strain: (1 + b/dt) C (γ − γ₀'), with γ₀' between γ₀ and γ_n.
+            rate = b * integrator.damping
+            gamma, psi = kernels.strains(self.edges, self.R)
+            data = self.data
+            self._damped = replace(
+                data,
+                chord=(data.chord + rate * gamma) / (1 + rate),
+                twist=(data.twist + rate * psi) / (1 + rate),
+                axial=(1 + rate) * data.axial,
+                bending=(1 + rate) * data.bending,
+            )
+
+    def _load(self, t: float) -> None:
+        f = np.zeros((self.space.nodes, 6))
+        if self.loads.line is not None:
+            self._line = self.loads.line(t)
+            half = self.data.length[:, None] / 2 * self._line
+            f[:-1, :3] += half
+            f[1:, :3] += half
+        for node, value in self.loads.points:
+            f[node] += value(t)
+        self.load = f.ravel()
+
+    def renew(self) -> None:
+        """Let A be formed anew about the present configuration."""
+        self._fresh = self._factorised = False
+
+    def stiffen(self, elements: Ints, blocks: Floats) -> None:
+        """Add blocks (q, 12, 12) of given elements to the next A."""
+        self._extra = elements, blocks
+
+    def assemble(self) -> None:
+        """Form A = inertia M + damping B + K about the present configuration, if it is not that already."""
+        if self._fresh:
+            return
+        data = self._damped
+        diagonal, upper, inner = kernels.assemble_blocks(
+            self.edges, self.R, data.chord, data.twist, data.axial, data.bending
+        )
+        self._forces = None
+        if self.inertia is not None:
+            a, _ = self.inertia.rayleigh
+            factor = self._integrator.inertia + a * self._integrator.damping
+            kernels.add_inertia(diagonal, upper, self.inertia.nodes, self.inertia.links, self._J, factor)
+        if self._extra is not None:
+            kernels.add_element_blocks(diagonal, upper, *self._extra)
+            self._extra = None
+        self._matrix.fill(diagonal, upper)
+        self._fresh = True
+
+    def factor(self) -> None:
+        """Factorise A, if it is new."""
+        if not self._factorised:
+            self._matrix.factor()
+            self._factorised = True
+
+    def free_motion(self, contact: Floats | None = None) -> None:
+        """u = A⁻¹ (f_ext − f_int − inertia + contact), the increment without new contact forces."""
+        rest = self.residual()
+        if contact is not None:
+            rest = rest + np.where(self.fixed, 0.0, contact)
+        self.u = self._matrix.solve(rest[:, None])[:, 0]
+
+    def correct(self, increment: Floats) -> None:
+        """Move by the free increment and `increment` together; the free increment is used up.
+
+        Where the linearisation would turn a node further than it holds, all move by a part of it.
+        """
+        d = (self.u + increment).reshape(-1, 6)
+        turn = float(np.abs(d[:, 3:]).max())
+        self._shift(d if turn <= TURN else TURN / turn * d)
+
+    def _shift(self, d: Floats) -> None:
+        self.x, self.R, self.edges = kernels.update(self.x, self.R, self.edges, d)
+        self._moved()
+
+    def _moved(self) -> None:
+        self.u = np.zeros(6 * self.space.nodes)
+        self._forces = None
+        self._fresh = False
+
+    def accept(self) -> None:
+        """The end of the step: velocities over it, v = (x − x_n)/dt and w = log(R R_nᵀ)/dt."""
+        if self.inertia is not None:
+            x_n, R_n, *_ = self._history
+            self.v = self._integrator.damping * (self.x - x_n)
+            self.w = self._integrator.damping * kernels.relative_rotations(R_n, self.R)
+
+    # --- forces ---------------------------------------------------------------------------------------------------
+
+    def _balance(self) -> tuple[Floats, Floats]:
+        """Internal with inertia forces, and external forces, of the present configuration, (6 N)."""
+        if self._forces is None:
+            data = self._damped
+            inner = kernels.assemble_forces(self.edges, self.R, data.chord, data.twist, data.axial, data.bending)
+            if self.inertia is not None:
+                inner += self._inertia_forces()
+            outer = self.load
+            if self.loads.line is not None:
+                outer = outer + self._line_moments()
+            self._forces = inner.ravel(), outer
+        return self._forces
+
+    def _inertia_forces(self) -> Floats:
+        inertia, scheme = self.inertia, self._integrator
+        assert inertia is not None
+        a = inertia.rayleigh[0]
+        x_n, R_n, _, v_n, w_n = self._history
+        moved = self.x - x_n
+        turned = kernels.relative_rotations(R_n, self.R)
+        factor = scheme.inertia + a * scheme.damping
+        rates = factor * moved - scheme.damping * v_n
+        f = np.empty((self.space.nodes, 6))
+        f[:, :3] = inertia.nodes[:, None] * rates
+        f[:-1, :3] += inertia.links[:, None] * rates[1:]
+        f[1:, :3] += inertia.links[:, None] * rates[:-1]
+        f[:, 3:] = np.einsum("nij,nj->ni", self._J, factor * turned - scheme.damping * w_n)
+        return f
+
+    def _line_moments(self) -> Floats:
+        """ℓ²/12 (t₁ × q, −t₂ × q): what the Hermite interpolation makes of a line load, beside half of it a node."""
+        arms = self.data.length[:, None] ** 2 / 12
+        f = np.zeros((self.space.nodes, 6))
+        f[:-1, 3:] = arms * np.cross(self.R[:-1, :, 0], self._line)
+        f[1:, 3:] -= arms * np.cross(self.R[1:, :, 0], self._line)
+        return f.ravel()
+
+    def residual(self) -> Floats:
+        """f_ext − f_int − inertia, zero at prescribed unknowns."""
+        inner, outer = self._balance()
+        return np.where(self.fixed, 0.0, outer - inner)
+
+    def imbalance(self, contact: Floats) -> float:
+        """‖f_int + inertia − f_ext − Hᵀλ‖ over the sum of the norms; moments count over an element's length."""
+        inner, outer = self._balance()
+        rest = np.where(self.fixed, 0.0, inner - outer - contact)
+        norms = [float(np.linalg.norm(self._unit * f)) for f in (rest, inner, outer, contact)]
+        scale = sum(norms[1:])
+        return norms[0] / scale if scale > 0 else 0.0
+
+    def energy(self) -> dict[str, float]:
+        """Kinetic and strain energy [J]."""
+        gamma, psi = kernels.strains(self.edges, self.R)
+        data = self.data
+        strain = ((gamma - data.chord) ** 2 * data.axial + (psi - data.twist) ** 2 * data.bending).sum() / 2
+        kinetic = 0.0
+        if self.inertia is not None:
+            momentum = self.inertia.nodes[:, None] * self.v
+            momentum[:-1] += self.inertia.links[:, None] * self.v[1:]
+            momentum[1:] += self.inertia.links[:, None] * self.v[:-1]
+            J = np.einsum("nij,nj,nkj->nik", self.R, self.inertia.rotary, self.R)
+            kinetic = float((momentum * self.v).sum() + np.einsum("ni,nij,nj->", self.w, J, self.w)) / 2
+        return {"kinetic": kinetic, "strain": float(strain)}
+
+    # --- solves ---------------------------------------------------------------------------------------------------
+
+    def solve(self, B: Floats) -> Floats:
+        """X = A⁻¹ B, (6 N, k)."""
+        return self._matrix.solve(B)
+
+    def close(self) -> None:
+        """Destroy the matrix and its solver."""
+        self._matrix.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+class _BlockTridiagonal:
+    """A symmetric matrix of 6 × 6 blocks along a chain, as PETSc's SeqBAIJ with its LU in natural order."""
+
+    def __init__(self, nodes: int, fixed: Bools) -> None:
+        self._fixed = fixed
+        counts = np.full(nodes, 3)
+        counts[0] = counts[-1] = 2
+        self._pointer = np.append(0, np.cumsum(counts)).astype(PETSc.IntType)
+        around = np.arange(nodes)[:, None] + np.array([-1, 0, 1])
+        self._columns = around[(around >= 0) & (around < nodes)].astype(PETSc.IntType)
+        self._values = np.zeros((len(self._columns), 6, 6))
+
+    @cached_property
+    def A(self) -> Any:
+        """The matrix."""
+        n = len(self._fixed)
+        csr = self._pointer, self._columns, self._values.ravel()
+        return PETSc.Mat().createBAIJ((n, n), 6, csr=csr, comm=PETSc.COMM_SELF)
+
+    @cached_property
+    def _ksp(self) -> Any:
+        ksp = PETSc.KSP().create(PETSc.COMM_SELF)
+        ksp.setOptionsPrefix("free_")
+        ksp.setOperators(self.A)
+        ksp.setType(PETSc.KSP.Type.PREONLY)
+        pc = ksp.getPC()
+        pc.setType(PETSc.PC.Type.LU)
+        pc.setFactorOrdering(PETSc.Mat.OrderingType.NATURAL)
+        ksp.setTolerances(rtol=1e-12, max_it=10_000)
+        ksp.setFromOptions()
+        ksp.setErrorIfNotConverged(True)
+        return ksp
+
+    def fill(self, diagonal: Floats, upper: Floats) -> None:
+        """Set the blocks (N, 6, 6) and (N − 1, 6, 6), unit rows at prescribed unknowns."""
+        kernels.fill_rows(diagonal, upper, self._fixed, self._values)
+        self.A.setValuesBlockedCSR(self._pointer, self._columns, self._values.ravel())
+        self.A.assemble()
+
+    def factor(self) -> None:
+        """Its LU."""
+        self._ksp.setOperators(self.A)
+        self._ksp.setUp()
+
+    def solve(self, B: Floats) -> Floats:
+        """A⁻¹ B, (n, k), zero at prescribed unknowns."""
+        B = np.asfortranarray(np.where(self._fixed[:, None], 0.0, B))
+        rhs = PETSc.Mat().createDense(B.shape, array=B, comm=PETSc.COMM_SELF)
+        X = PETSc.Mat().createDense(B.shape, comm=PETSc.COMM_SELF)
+        X.setUp()
+        rhs.assemble()
+        try:
+            self._ksp.matSolve(rhs, X)
+            result: Floats = X.getDenseArray().copy(order="F")
+        finally:
+            rhs.destroy()
+            X.destroy()
+        return result
+
+    def close(self) -> None:
+        """Destroy both."""
+        for name in ("_ksp", "A"):
+            if name in self.__dict__:
+                self.__dict__.pop(name).destroy()
