@@ -5,16 +5,19 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from contact.detection import Foot, first_root, nearest
+from contact.detection import first_root, nearest
 from contact.pairs import Constraints, check_interference
 from contact.rows import ElementRows
-from contact.surfaces import Surface
+from contact.solvers.problem import ContactNotConvergedError
+from contact.surfaces import Foot, Surface
 from fem import beam_points
 from fem.beam import Beam
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
+
+MARGIN = 0.5  # gaps below this part of the radius make a point a candidate before any motion says so
 
 
 class DeviceContact:
@@ -45,18 +48,17 @@ class DeviceContact:
         self.areas = np.zeros(self.count)
         self._first = 6 * self.elements
         self.accepted = self.at = self.places
-        self.foot = self._feet(np.arange(self.count), None)
-        self.known = self.foot.distance - self.radius  # the gap of each point where it was last looked at …
-        self.seen = self.places.copy()  # … and that place
         self.candidates = np.zeros(self.count, dtype=bool)
+        self.known = np.zeros(self.count)  # what the gap of each point is at least where it was last looked at …
+        self.seen = self.places.copy()  # … and that place
+        self.foot = Foot(np.zeros(self.count), self.places.copy(), np.eye(3)[np.zeros(self.count, int)], np.zeros((self.count, 3, 3)))
+        self._looked = np.zeros(self.count, dtype=bool)
+        self._look(np.ones(self.count, dtype=bool), self.radius)
         self._searching, self._fresh = True, False
 
     def _points(self, x: Floats, R: Floats) -> Floats:
         p: Floats = beam_points.centreline_points(x, R, self.elements, self.xi, self.body.data.length)
         return p
-
-    def _feet(self, rows: Ints, guess: Floats | None) -> Foot:
-        return nearest(self.surface, self.at[rows], guess)
 
     def start(self) -> None:
         """Refuse an interference deeper than declared."""
@@ -77,12 +79,12 @@ class DeviceContact:
         at = self._points(self.body.x, self.body.R)
         if self._searching:
             self.at = at
-            way = np.linalg.norm(at - self.accepted, axis=1) + 0.1 * self.radius
-            self._look(self._bound() <= way)
-            self.candidates = self.known <= way
+            margin = MARGIN * self.radius
+            self._look(self._bound() <= margin, margin)
+            self.candidates = self.known <= margin
         elif self._fresh:
             self.at = at
-            self._look(self.candidates | (self._bound() <= 0))
+            self._look(self.candidates | (self._bound() <= 0), np.zeros(self.count))
             self.candidates |= self.known <= 0
         elif not self._meet():
             return None
@@ -104,9 +106,10 @@ class DeviceContact:
         A point that comes from further away than its radius takes the plane where its way first meets the wall.
         """
         free = self._points(*self.body.trial())
-        new = ~self.candidates & (self._bound() <= np.linalg.norm(free - self.at, axis=1))
-        self._look(new)
-        new &= self.known <= np.linalg.norm(free - self.at, axis=1)
+        way = np.linalg.norm(free - self.at, axis=1)
+        new = ~self.candidates & (self._bound() <= way)
+        self._look(new, way)
+        new &= self.known <= way
         if not new.any():
             return False
         self.candidates |= new
@@ -125,18 +128,33 @@ class DeviceContact:
         bound: Floats = self.known - np.linalg.norm(self.at - self.seen, axis=1)
         return bound
 
-    def _look(self, chosen: Bools) -> None:
-        """Closest points and gaps of the chosen points."""
+    def _look(self, chosen: Bools, reach: Floats) -> None:
+        """Closest points and gaps of the chosen points; of those beyond `reach` only what their gap is at least.
+
+        Raises
+        ------
+        ContactNotConvergedError
+            where the surface has no closest point to show.
+        """
         rows = np.flatnonzero(chosen)
         if not rows.size:
             return
-        foot = self._feet(rows, self.foot.point[rows] + self.at[rows] - self.seen[rows])
-        self.foot.distance[rows] = foot.distance
-        self.foot.point[rows] = foot.point
-        self.foot.normal[rows] = foot.normal
-        self.foot.curvature[rows] = foot.curvature
-        self.known[rows] = foot.distance - self.radius[rows]
-        self.seen[rows] = self.at[rows]
+        least = self.surface.lower_bound(self.at[rows]) - self.radius[rows]
+        moved = self.at[rows] - self.seen[rows]
+        self.known[rows], self.seen[rows] = least, self.at[rows]
+        near = (least <= reach[rows]) | self.candidates[rows]
+        rows, moved = rows[near], moved[near]
+        old = self._looked[rows]
+        for part, guess in ((rows[old], self.foot.point[rows[old]] + moved[old]), (rows[~old], None)):
+            if part.size:
+                try:
+                    foot = nearest(self.surface, self.at[part], guess)
+                except ArithmeticError as error:
+                    raise ContactNotConvergedError(str(error), 0, np.inf) from None
+                for mine, found in zip(self.foot, foot, strict=True):
+                    mine[part] = found
+                self.known[part] = foot.distance - self.radius[part]
+        self._looked[rows] = True
 
     def gaps(self) -> Floats:
         """True gaps of the candidates, and what those of the others are at least, (c) [m]."""

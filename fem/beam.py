@@ -175,6 +175,8 @@ class Beam:
         self._fresh = self._factorised = False
         self._matrix = _BlockTridiagonal(n, self.fixed)
         # Moments are measured against forces by an element's length.
+        # A residual of 1e-8 of this is a strain of 1e-15, the round-off of strains.
+        self._least = 1e-7 * float((data.axial[:, 0] * data.length).max())
         self._unit = np.tile(np.repeat([1.0, 1 / float(data.length.mean())], 3), n)
         if inertia is None:
             self._check_held()
@@ -431,8 +433,7 @@ class Beam:
         inner, outer = self._balance()
         rest = np.where(self.fixed, 0.0, inner - outer - contact)
         norms = [float(np.linalg.norm(self._unit * f)) for f in (rest, inner, outer, contact)]
-        scale = sum(norms[1:])
-        return norms[0] / scale if scale > 0 else 0.0
+        return norms[0] / max(sum(norms[1:]), self._least)
 
     def energy(self) -> dict[str, float]:
         """Kinetic and strain energy [J]."""

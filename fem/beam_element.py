@@ -4,12 +4,13 @@ With node frames R₁, R₂ (columns t, d₂, d₃), ψ = log(R₁ᵀR₂), the 
 
     c = Rₘᵀ(x₂ − x₁),    γ = Zc = c − ψ×(ψ×c)/24,    U = ½ (γ − γ₀)·D₁(γ − γ₀) + ½ (ψ − ψ₀)·D₂(ψ − ψ₀),
 
-D₁ = diag(EA/ℓ, k₂, k₃), D₂ = diag(GJ, EI₂, EI₃)/ℓ. Z straightens the chord: on a helix γ = ℓe₁ to θ⁴, which makes the
-element one of fourth order (with γ = c it is of second). Where an element bends as a cubic, its chord leaves the mean frame
-under shear forces only: 1/kₛ = ℓ³/12EI + ℓ/GAₛ makes it, in the linear range, the Hermite (Timoshenko) element.
+D₁ = diag(EA/ℓ, k₂, k₃), D₂ = diag(GJ, EI₂, EI₃)/ℓ. Z straightens the chord: on a helix γ = ℓe₁ but for θ⁴, and elastica
+converge with h⁴ (h² with γ = c). Where torsion and bending mix along a curved element GJ ≠ EI leaves a small h² term.
+Where an element bends as a cubic its chord leaves the mean frame under shear forces only: 1/kₛ = ℓ³/12EI + ℓ/GAₛ makes
+it, in the linear range, the Hermite (Timoshenko) element.
 
-Unknowns are increments dx and spatial spins dθ, R ← exp(dθ)R, in the order (dx₁, dθ₁, dx₂, dθ₂). In the mean frame, with
-aᵢ = Rₘᵀdθᵢ, u = Rₘᵀ(dx₂ − dx₁), A = ½(a₁ + a₂), D = a₂ − a₁, z = ψ^ and θ = |ψ|:
+Unknowns are increments dx and spatial spins dθ, R ← exp(dθ)R, in the order (dx₁, dθ₁, dx₂, dθ₂). In the mean frame,
+with aᵢ = Rₘᵀdθᵢ, u = Rₘᵀ(dx₂ − dx₁), A = ½(a₁ + a₂), D = a₂ − a₁, z = ψ^ and θ = |ψ|:
 
     dψ = S D,                 S = (z/2) sinh⁻¹(z/2) = s I + r ψψᵀ,   s = ½θ/sin ½θ,   r = (1 − s)/θ²,
     dm = A + Q D,             Q = −½ tanh(z/4) = −q z,               q = tan(¼θ)/2θ   (spin of the mean frame),
@@ -17,8 +18,8 @@ aᵢ = Rₘᵀdθᵢ, u = Rₘᵀ(dx₂ − dx₁), A = ½(a₁ + a₂), D = a�
 
 Z is S to second order; with S itself γ and ψ are the logarithm of the rigid motion from one node to the next.
 
-Source: Crisfield, Comput. Methods Appl. Mech. Eng. 81 (1990) for the frame, Sonneville, Cardona & Brüls, ibid. 268 (2014)
-for the logarithm; the closed forms are derived here.
+Source: Crisfield, Comput. Methods Appl. Mech. Eng. 81 (1990) for the frame, Sonneville, Cardona & Brüls, ibid. 268
+(2014) for the logarithm; the closed forms are derived here.
 """
 
 from __future__ import annotations

@@ -284,6 +284,21 @@ def _turned(x: float, y: float, z: float, a: Vector) -> Vector:
 
 
 @njit(cache=True, error_model="numpy")
+def relative_rotations(R1: Floats, R2: Floats) -> Floats:
+    """log(R₂R₁ᵀ) (N, 3) [rad], for turns below π."""
+    theta = np.empty((len(R1), 3))
+    pair = np.empty((2, 3, 3))
+    for i in range(len(R1)):
+        # rows as columns: the turn between R₂ᵀ and R₁ᵀ has the components in the fixed frame
+        for j in range(3):
+            for k in range(3):
+                pair[0, j, k], pair[1, j, k] = R2[i, k, j], R1[i, k, j]
+        _, _, psi, _, _, _ = _frame(pair, 0)
+        theta[i, 0], theta[i, 1], theta[i, 2] = psi
+    return theta
+
+
+@njit(cache=True, error_model="numpy")
 def update(x: Floats, R: Floats, edges: Floats, d: Floats) -> tuple[Floats, Floats, Floats]:
     """x + dx, exp(dθ) R orthonormal to round-off (`rotations.composed`), and the edges, for d = (dx, dθ) (N, 6)."""
     x_new, R_new, edges_new = np.empty_like(x), np.empty_like(R), np.empty_like(edges)
@@ -305,21 +320,6 @@ def update(x: Floats, R: Floats, edges: Floats, d: Floats) -> tuple[Floats, Floa
         for k in range(3):
             edges_new[i, k] = edges[i, k] + (d[i + 1, k] - d[i, k])
     return x_new, R_new, edges_new
-
-
-@njit(cache=True, error_model="numpy")
-def relative_rotations(R1: Floats, R2: Floats) -> Floats:
-    """log(R₂R₁ᵀ) (N, 3) [rad], for turns below π."""
-    theta = np.empty((len(R1), 3))
-    pair = np.empty((2, 3, 3))
-    for i in range(len(R1)):
-        # rows as columns: the turn between R₂ᵀ and R₁ᵀ has the components in the fixed frame
-        for j in range(3):
-            for k in range(3):
-                pair[0, j, k], pair[1, j, k] = R2[i, k, j], R1[i, k, j]
-        _, _, psi, _, _, _ = _frame(pair, 0)
-        theta[i, 0], theta[i, 1], theta[i, 2] = psi
-    return theta
 
 
 @njit(cache=True, error_model="numpy")

@@ -60,7 +60,7 @@ def point_blocks(
 ) -> Floats:
     """−λ ∂²g/∂(dx₁, dθ₁, dx₂, dθ₂)², (q, 12, 12), symmetric part: what contact forces on curved surfaces add to K.
 
-    g(p) is the distance to a surface, ∂²g = (∂p)ᵀ ∇∇g ∂p + n·∂²p, and tᵢ turned by dθ has n·∂²tᵢ = sym(tᵢ nᵀ) − (n·tᵢ) I.
+    For the distance g(p) to a surface ∂²g = (∂p)ᵀ ∇∇g ∂p + n·∂²p, where a turned tᵢ has n·∂²tᵢ = sym(tᵢnᵀ) − (n·tᵢ) I.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def point_blocks(
     normals, curvature : n = ∇g (q, 3) and ∇∇g (q, 3, 3) [1/m] at p
     """
     blocks = np.empty((len(xi), 12, 12))
-    J = np.zeros((3, 12))
+    J, CJ = np.zeros((3, 12)), np.empty((3, 12))
     for i in range(len(xi)):
         e = element[i]
         weights = _weights(xi[i], length[e])
@@ -80,7 +80,15 @@ def point_blocks(
                 # −t^
                 J[k1, first + 3 + k2] = on_t * R[e + node, k, 0]
                 J[k2, first + 3 + k1] = -on_t * R[e + node, k, 0]
-        blocks[i] = -force[i] * (J.T @ (np.ascontiguousarray(curvature[i]) @ J))
+        for b in range(12):
+            for a in range(3):
+                product = 0.0
+                for k in range(3):
+                    product += curvature[i, a, k] * J[k, b]
+                CJ[a, b] = -force[i] * product
+        for a in range(12):
+            for b in range(12):
+                blocks[i, a, b] = J[0, a] * CJ[0, b] + J[1, a] * CJ[1, b] + J[2, a] * CJ[2, b]
         for node in range(2):
             f, first = -force[i] * weights[2 * node + 1], 6 * node + 3
             along = 0.0

@@ -48,7 +48,7 @@ def quaternion(R: Floats) -> Floats:
     largest = np.argmax(np.diagonal(outer, axis1=-2, axis2=-1), axis=-1)
     q = np.take_along_axis(outer, largest[..., None, None], axis=-2)[..., 0, :]
     q /= np.linalg.norm(q, axis=-1)[..., None]
-    return np.where(q[..., :1] < 0, -q, q)
+    return np.asarray(np.where(q[..., :1] < 0, -q, q))
 
 
 def log(R: Floats) -> Floats:
@@ -57,7 +57,7 @@ def log(R: Floats) -> Floats:
     sine = np.linalg.norm(q[..., 1:], axis=-1)
     angle = 2 * np.arctan2(sine, q[..., 0])
     factor = np.divide(angle, sine, out=np.full_like(angle, 2.0), where=sine > 0)
-    return factor[..., None] * q[..., 1:]
+    return np.asarray(factor[..., None] * q[..., 1:])
 
 
 def mean(R1: Floats, R2: Floats) -> tuple[Floats, Floats]:

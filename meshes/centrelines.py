@@ -137,13 +137,15 @@ def along(points: ArrayLike, arc: int | Floats, roll: float = 0.0) -> Centreline
     Raises
     ------
     ValueError
-        An arc length beyond the path, equal successive points, values that are not finite.
+        An arc length beyond the path or that does not increase, equal successive points, values that are not finite.
     """
     path, phi = _Path(points), number("roll", roll)
     s = np.linspace(0, path.arc[-1], count("arc", arc) + 1) if np.ndim(arc) == 0 else np.asarray(arc, dtype=float)
     end = float(path.arc[-1])
     if not (np.isfinite(s).all() and s.min() >= 0 and s.max() <= end * (1 + 1e-12)):
         raise ValueError(f"arc = {s.min():.6g} .. {s.max():.6g}: must be from 0 to the path's length {end:.6g}")
+    if s.ndim != 1 or len(s) < 2 or (np.diff(s) <= 0).any():
+        raise ValueError(f"arc: shape {s.shape}: must be at least 2 increasing numbers")
     return path.nodes(path.parameters(s), s, phi)
 
 
@@ -270,7 +272,7 @@ class _Path:
         for _ in range(6):
             u = u - (self._arcs(self.knots[i], u) - (arc - self.arc[i])) / self._speed(u)
             u = np.clip(u, self.knots[i], self.knots[i + 1])
-        return u
+        return np.asarray(u)
 
     def nodes(self, u: Floats, arc: Floats, roll: float = 0.0) -> Centreline:
         """Nodes at parameters u (N) with rotation-minimising frames.

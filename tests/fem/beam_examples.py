@@ -57,14 +57,12 @@ def solve(
     for part in np.arange(1, steps + 1) / steps:
         for _ in range(40):
             f, K = scatter(forces(edges, R, data), stiffness(edges, R, data))
-            target = load(R, part)
-            rest = (target - f)[free]
-            if np.linalg.norm(rest) <= 1e-9 * max(np.linalg.norm(f), np.linalg.norm(target)):
-                break
             d = np.zeros((len(R), 6))
-            d.reshape(-1)[free] = np.linalg.solve(K[np.ix_(free, free)], rest)
+            d.reshape(-1)[free] = np.linalg.solve(K[np.ix_(free, free)], (load(R, part) - f)[free])
             edges, R = moved(edges, R, d)
             x = x + d[:, :3]
+            if np.abs(d[:, 3:]).max() <= 1e-11:
+                break
         else:
             raise RuntimeError(f"no equilibrium at {part} of the load")
     return x, R

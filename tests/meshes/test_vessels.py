@@ -30,7 +30,7 @@ def test_chains_of_a_fork(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(not AORTA.exists(), reason="no shared data")
 def test_the_aorta() -> None:
-    """1,919 points in 15 chains; resampled it keeps its forks and ends, radii and, but for what chords cut off, its length."""
+    """1,919 points in 15 chains; resampled it keeps its forks, and its length but for what chords cut off."""
     tree = read_swc(AORTA, 1e-3)
     assert len(tree.points) == 1919
     assert len(tree.chains()) == 15

@@ -191,7 +191,7 @@ class ColumnElastica:
     def shortening(self) -> float:
         """Approach of the pins [m]."""
         alpha, arc = self._solution[1], self._arc
-        return float(2 * (self.s - (arc.cosine * np.cos(alpha) - arc.sine * np.sin(alpha)) / self._k(alpha)))
+        return float(2 * (arc.length - arc.cosine * np.cos(alpha) + arc.sine * np.sin(alpha)) / self._k(alpha))
 
     @property
     def contact_load(self) -> float:
@@ -247,6 +247,8 @@ class ColumnElastica:
             def excess(alpha: float) -> float:
                 return swing(-alpha, theta0).length - self._k(alpha) * self.L / 2
 
+            if excess(0) >= 0 or excess(theta0 / 2) <= 0:  # the ends of the range, up to rounding
+                return 0.0 if excess(0) >= 0 else theta0 / 2
             return _root(excess, 0, theta0 / 2)
 
         def flat(alpha: float) -> float:
@@ -255,14 +257,14 @@ class ColumnElastica:
         highest = free
         if kl < np.pi and flat(min(free / 2, 1.5)) < 0:
             highest = 2 * _root(flat, 1e-9, min(free / 2, 1.5))
-        if self._height(inclination(highest), highest) < self.d:
+        if kl >= np.pi or self._height(inclination(highest), highest) < self.d:
             raise ValueError(f"d = {self.d}: no contact of the first mode with slopes below pi/2 at P = {self.P}")
         theta0 = _root(lambda theta0: self._height(inclination(theta0), theta0) - self.d, 1e-9, highest)
         return "point", inclination(theta0), theta0
 
 
 def _root(function: Callable[[float], float], low: float, high: float) -> float:
-    return float(brentq(function, low, high, xtol=1e-15, rtol=1e-15))
+    return float(brentq(function, low, high, xtol=1e-24, rtol=1e-15))
 
 
 def _peak(function: Callable[[float], float]) -> float:

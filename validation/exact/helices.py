@@ -89,17 +89,20 @@ class Helix(ABC):
         e_r = np.column_stack([np.cos(phi), np.sin(phi), 0 * phi])
         e_phi = np.column_stack([-np.sin(phi), np.cos(phi), 0 * phi])
         e_z = np.array([0.0, 0.0, 1.0])
-        return np.stack([s * e_phi + c * e_z, -e_r, s * e_z - c * e_phi], axis=-1)
+        frame: Floats = np.stack([s * e_phi + c * e_z, -e_r, s * e_z - c * e_phi], axis=-1)
+        return frame
 
     def force_vector(self, xi: ArrayLike) -> Floats:
         """n(ξ) in space, the force of the part beyond ξ on the part before it, shape (n, 3) [N]."""
         n_t, n_b = self.internal_force
-        return self.frame(xi) @ np.array([n_t, 0.0, n_b])
+        vector: Floats = self.frame(xi) @ np.array([n_t, 0.0, n_b])
+        return vector
 
     def moment_vector(self, xi: ArrayLike) -> Floats:
         """m(ξ) in space, likewise, shape (n, 3) [N m]."""
         m_t, m_b = self.moment
-        return self.frame(xi) @ np.array([m_t, 0.0, m_b])
+        vector: Floats = self.frame(xi) @ np.array([m_t, 0.0, m_b])
+        return vector
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -82,12 +82,14 @@ class ArcRod:
     @property
     def tip(self) -> Floats:
         """Position of the tip, shape (3) [m]."""
-        return self.position(self.L)[0]
+        tip: Floats = self.position(self.L)[0]
+        return tip
 
     @property
     def tip_frame(self) -> Floats:
         """t, d₂, d₃ of the tip as columns, shape (3, 3)."""
-        return _rotation(self._solution(np.array([1.0]))[3:7])[0]
+        frame: Floats = _rotation(self._solution(np.array([1.0]))[3:7])[0]
+        return frame
 
     @property
     def clamp_moment(self) -> Floats:

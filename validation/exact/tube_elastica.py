@@ -74,7 +74,7 @@ class WireTubeElastica:
     EI : bending stiffness [N m²]
     L : length of the wire [m]
     R : radius of the tube's axis [m]
-    c : clearance, tube radius less wire radius [m], < R
+    c : clearance, tube radius less wire radius [m], <= R/10
 
     Raises
     ------
@@ -92,8 +92,8 @@ class WireTubeElastica:
 
     def __post_init__(self) -> None:
         positive(EI=self.EI, L=self.L, R=self.R, c=self.c)
-        if self.c >= self.R:
-            raise ValueError(f"c = {self.c}: must be < R = {self.R}")
+        if self.c > self.R / 10:
+            raise ValueError(f"c = {self.c}: must be <= R/10 = {self.R / 10}, where the shooting converges")
         if self.bow > 2 * self.c:
             raise ValueError(f"L = {self.L}: must be shorter, the middle bows by {self.bow:.3g} > 2c to the outer wall")
 
@@ -278,7 +278,7 @@ class ArcTubeElastica:
     @cached_property
     def line_contact_length(self) -> float:
         """L at which the middle is flat [m]."""
-        return 2 * self._flat_end[0] / self.kappa0
+        return float(2 * self._flat_end[0] / self.kappa0)
 
     @property
     def _gap(self) -> float:

@@ -22,9 +22,7 @@ def energy(displacement, t, *, E, rho, L, g=0.0, n=2000):
     return np.mean(0.5 * rho * rate**2 + 0.5 * E * strain**2 + rho * g * displacement(x, t)) * L
 
 
-@pytest.mark.parametrize(
-    ("bar", "end", "g"), [(IMPACT, 3.0, 0), (BOUNCE, 13.0, 10), (HANGING, 7.0, 0)]
-)
+@pytest.mark.parametrize(("bar", "end", "g"), [(IMPACT, 3.0, 0), (BOUNCE, 13.0, 10), (HANGING, 7.0, 0)])
 def test_gap_and_pressure_are_complementary_and_energy_is_constant(bar, end, g):
     t = np.linspace(0, end, 100003)
     gap, p = bar.displacement(np.array(0.0), t), bar.pressure(t)
@@ -44,7 +42,7 @@ def test_impulse_is_the_integral_of_pressure(bar):
 
 @pytest.mark.parametrize(("bar", "end", "g"), [(IMPACT, 2.0, 0), (BOUNCE, 6.0, 10), (HANGING, 3.0, 0)])
 def test_waves_by_the_parallelogram_rule(bar, end, g):
-    """u(x, t+k) + u(x, t−k) − u(x+ck, t) − u(x−ck, t) = −gk², exact across fronts; −Eu′ = p at x = 0 and u′ or u at L."""
+    """u(x, t+k) + u(x, t−k) − u(x+ck, t) − u(x−ck, t) = −gk², fronts included; −Eu′ = p at x = 0, u′ or u = 0 at L."""
     rng = np.random.default_rng(1)
     k = 0.2 * rng.random(500) * bar.L / bar.c
     x = bar.c * k + rng.random(500) * (bar.L - 2 * bar.c * k)
@@ -97,7 +95,9 @@ def test_two_bars(L1, L2):
     assert np.all(gap[t > bars.parting + 1e-3] > 0)
     assert np.all(np.abs(gap[bars.pressure(t) > 0]) < 1e-12)
     for time in (0.37, 1.13, bars.parting + 0.71):
-        total = energy(bars.displacement_1, time, E=4, rho=1, L=L1) + energy(bars.displacement_2, time, E=4, rho=1, L=L2)
+        total = energy(bars.displacement_1, time, E=4, rho=1, L=L1) + energy(
+            bars.displacement_2, time, E=4, rho=1, L=L2
+        )
         assert_allclose(total, bars.energy, rtol=3e-3)
     x1, x2 = (np.arange(2000) + 0.5) * L1 / 2000, (np.arange(2000) + 0.5) * L2 / 2000
     after, k = bars.parting + 1, 1e-6
@@ -155,6 +155,22 @@ def test_bar_impact_with_implicit_euler():
         if dt == 1 / 150:
             assert_allclose(e, 0.84055, atol=2e-3)
     assert_allclose(ratios, 1, atol=0.1)
+
+
+def test_hanging_bar_with_implicit_euler():
+    bar, n = HANGING, 400
+    x = np.linspace(0, 1, n + 1)
+    for dt in (1 / 100, 1 / 400, 1 / 1600):
+        total, _ = stopped_end(dt, bar=bar, n=n, steps=round(3 / dt), u=0.5 - x / 2, v=0 * x, fixed=True)
+        assert_allclose(1 - total / bar.impulse, bar.implicit_euler_impulse_error(dt), rtol=0.01)
+
+
+def test_two_bars_with_implicit_euler():
+    """Equal bars are symmetric about their centre of mass: each meets a rigid wall at v₀/2."""
+    equal, dt, n = TwoBarImpact(E=1, rho=1, L1=1, L2=1, v0=2), 1 / 400, 400
+    half = BarImpact(E=1, rho=1, L=1, h0=0, v0=1)
+    total, _ = stopped_end(dt, bar=half, n=n, steps=1200, u=np.zeros(n + 1), v=np.full(n + 1, -1.0), fixed=False)
+    assert_allclose(1 - total / equal.impulse, equal.implicit_euler_impulse_error(dt), rtol=0.02)
 
 
 @pytest.mark.parametrize(

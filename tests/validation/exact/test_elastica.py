@@ -36,12 +36,12 @@ def test_cantilever_ends_without_moment(P, omega):
     end = shoot(0, cantilever.clamp_moment / 2, 1.5, P * np.array([np.cos(omega), np.sin(omega)]))
     assert_allclose(end[:4], [*cantilever.tip, cantilever.tip_angle, 0], atol=1e-9)
     if omega == np.pi:
-        assert (cantilever.tip_angle > 0) == (2 * P > euler_load(EI=2, L=1.5, ends="cantilever"))
+        assert (cantilever.tip_angle > 0) == (euler_load(EI=2, L=1.5, ends="cantilever") < 2 * P)
 
 
 def test_cantilever_of_small_load_is_linear():
     cantilever = CantileverElastica(EI=1, L=1, P=1e-6)
-    assert_allclose([cantilever.tip[1], cantilever.tip_angle], [1e-6 / 3, 1e-6 / 2], rtol=1e-11)
+    assert_allclose([cantilever.tip[1], cantilever.tip_angle], [1e-6 / 3, 1e-6 / 2], rtol=1e-9)
 
 
 def test_rolled_tip_is_a_circle():
@@ -70,7 +70,7 @@ def test_column_elastica_in_point_contact_by_shooting(P, d):
         assert column.amplitude <= d and column.force == 0 and column.contact_load >= 2 * P
         return
     if column.regime == "line":
-        assert 2 * P > column.line_contact_load
+        assert column.line_contact_load < 2 * P
         return
     # A root of the residual near the linear solution, not near the tested one.
     linear = ColumnWalls(EI=1, L=1, P=P, d=d)
@@ -108,6 +108,7 @@ def test_column_elastica_regimes_meet():
 
 def test_column_elastica_work_is_energy():
     """P dΔ = d(bending energy) while the column slides on the wall, for central differences in P."""
+
     def state(P):
         column = ColumnElastica(EI=1, L=1, P=P, d=0.05)
         end = shoot(column.end_angle, 0, column.s, np.array([-P, -column.pin_force]))

@@ -1,4 +1,4 @@
-"""Ball: each step's complementarity problem in rational arithmetic. Sphere: its equation of motion. Spring on a tube."""
+"""Ball: each step's complementarity problem, rational. Sphere: its equation of motion. Spring on a tube."""
 
 from __future__ import annotations
 
@@ -28,7 +28,14 @@ def implicit_euler(m, g, x0, dt, steps):
 
 @pytest.mark.parametrize(
     ("m", "g", "x0", "dt"),
-    [(1, 9.81, 1, 0.1), (1, 10, 1, 0.1), (2.5, 10, 0.3, 0.1), (3, 1.62, 7, 0.013), (1, 10, 0, 0.1), (1, 9.81, 0.001, 1)],
+    [
+        (1, 9.81, 1, 0.1),
+        (1, 10, 1, 0.1),
+        (2.5, 10, 0.3, 0.1),
+        (3, 1.62, 7, 0.013),
+        (1, 10, 0, 0.1),
+        (1, 9.81, 0.001, 1),
+    ],
 )
 def test_ball_drop_is_implicit_euler(m, g, x0, dt):
     ball = BallDrop(m=m, g=g, x0=x0, dt=dt)
@@ -62,8 +69,14 @@ def test_hertz_impact_by_its_equation_of_motion():
 
     leaves.terminal, leaves.direction = True, -1
     path = solve_ivp(
-        lambda t, y: [y[1], -stiffness * max(y[0], 0) ** 1.5 / 2], (0, 100), [0, 0.7],
-        events=leaves, rtol=1e-11, atol=1e-13, method="DOP853", dense_output=True,
+        lambda t, y: [y[1], -stiffness * max(y[0], 0) ** 1.5 / 2],
+        (0, 100),
+        [0, 0.7],
+        events=leaves,
+        rtol=1e-11,
+        atol=1e-13,
+        method="DOP853",
+        dense_output=True,
     )
     assert_allclose(impact.duration, path.t_events[0][0], rtol=1e-8)
     t = np.linspace(0, impact.duration, 21)
