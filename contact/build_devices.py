@@ -22,6 +22,7 @@ from contact.scene_devices import (
 from fem.beam import Beam, BeamInertia, BeamLoads, Drive
 from fem.beam_element import beam_data
 from fem.beam_sections import Profile, Section, Stiffness
+from fem.rotations import exp, log
 from meshes import centrelines
 from meshes.centrelines import Centreline
 
@@ -89,13 +90,11 @@ def _placed(table: BeamTable, rest: Centreline) -> Centreline:
     if place.path is not None:
         return centrelines.along(np.array(place.path), rest.arc - rest.arc[0], place.roll)
     if place.straight:
-        flat = Centreline(
-            np.outer(rest.arc - rest.arc[0], [1.0, 0.0, 0.0]),
-            np.broadcast_to(np.eye(3), rest.frames.shape),
-            rest.arc,
-            rest.section,
-        )
-        return flat.placed(place.start, place.direction, place.roll)
+        # Bent straight, but not twisted: its frames turn about the tangent as those of the rest shape do.
+        turns = log(np.swapaxes(rest.frames[:-1], 1, 2) @ rest.frames[1:])[:, 0]
+        roll = np.outer(np.append(0.0, np.cumsum(turns)), [1.0, 0.0, 0.0])
+        line = np.outer(rest.arc - rest.arc[0], [1.0, 0.0, 0.0])
+        return Centreline(line, exp(roll), rest.arc, rest.section).placed(place.start, place.direction, place.roll)
     return rest.placed(place.start, place.direction, place.roll)
 
 

@@ -151,7 +151,7 @@ def bend(elements):
     data = beam_data(line, [BEND])
     load = np.zeros(6 * (elements + 1))
     load[-4] = 600.0
-    x, _ = solve(line.points, line.frames, data, lambda _, part: part * load, CLAMPED, steps=6)
+    x, _ = solve(line.points, line.frames, data, lambda _, part: part * load, CLAMPED, steps=12)
     return x[-1]
 
 
