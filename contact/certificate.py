@@ -11,6 +11,7 @@ from contact.system import Linearisation, System
 
 Floats = NDArray[np.float64]
 
+ROUNDING = 1e-8  # of the size: 1e-8 of that is the round-off of positions, below which gaps mean nothing
 LOADED = 1e-8  # a contact whose force moves less than this part of ℓ does not count as active
 
 
@@ -28,7 +29,7 @@ class Tolerances:
 class Certificate:
     """Scale-free residuals of a state with contact forces λ and true gaps δ.
 
-    complementarity : max|min(D_i λ_i, δ_i)| / ℓ with ℓ = max(max(−δ_f)₊, max|δ − δ_f|, 1e-12 × size), D = diag W
+    complementarity : max|min(D_i λ_i, δ_i)| / ℓ with ℓ = max(max(−δ_f)₊, max|δ − δ_f|, 1e-8 × size), D = diag W
     equilibrium : the worst body's ‖f_int − f_ext − Hᵀλ‖ / (‖f_int‖ + ‖f_ext‖ + ‖Hᵀλ‖)
     surface_error : the largest |δ_i| of active contacts, D_i |λ_i| > 1e-8 ℓ, over the body's size or device's radius
     penetration : the deepest −δ_i, over the same
@@ -70,7 +71,7 @@ def certify(
     length = max(
         float(np.max(-start, initial=0.0)), float(np.max(np.abs(delta - free_gaps[rows])[active], initial=0.0))
     )
-    length = max(length, 1e-12 * size)
+    length = max(length, ROUNDING * size)
     D = np.zeros(len(rows))
     if active.size:
         W_ii = lin.W.diagonal(np.searchsorted(lin.rows, rows[active]))
