@@ -171,9 +171,11 @@ def field(value: Any) -> Any:
 def _pairs(table: ContactTable, bodies: dict[str, Any], folder: Path) -> list[Pair]:
     body = bodies[table.body]
     if isinstance(body, Beam):
-        obstacle, samples = surface_of(table.surface, folder), table.samples or 2
+        obstacle, length = surface_of(table.surface, folder), float(body.data.length.sum())
         _check_dimensions(table, 3)
-        return [DeviceContact(table.name, body, obstacle, samples, table.interference) for _ in range(table.copies)]
+        count = (table.samples or 2) * len(body.data.length) if table.spacing is None else round(length / table.spacing)
+        places = np.linspace(0.0, length, max(count, 1) + 1)
+        return [DeviceContact(table.name, body, obstacle, places, table.interference) for _ in range(table.copies)]
     assert table.tag is not None
     points = {"nodal": nodal, "mortar": mortar}[table.constraint](body, table.tag)
     _check_dimensions(table, body.frame.shape[1])

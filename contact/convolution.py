@@ -15,7 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contact import surface_kernels as kernels
-from contact.surface_index import cell_bounds, cells_of, hashed
+from contact.segment_kernel import columns, pieces
+from contact.surface_index import network
+from contact.surface_newton import beside, closest
+from contact.surface_roots import roots
 from contact.surfaces import Foot
 
 Floats = NDArray[np.float64]
@@ -73,19 +76,20 @@ class ConvolutionSurface:
         length = np.linalg.norm(self.segments[:, 3:6] - self.segments[:, :3], axis=1)
         if not np.all(length > 0):
             raise ValueError(f"segments[{np.argmin(length)}]: must not have length 0")
-        parts = [_segment_rows(self.segments, length), plates, _padded(round_), _padded(hollow)]
-        kind = np.repeat([kernels.SEGMENT, kernels.TRIANGLE, kernels.BALL, kernels.DENT], [len(p) for p in parts])
+        divided, of = pieces(self.segments, reach)
+        parts = [columns(divided, reach), plates, _padded(round_), _padded(hollow)]
+        self.kind = np.repeat([kernels.SEGMENT, kernels.TRIANGLE, kernels.BALL, kernels.DENT], [len(p) for p in parts])
         first = self.chains.max(initial=-1) + 1
-        chain = np.concatenate(
-            [self.chains, np.full(len(plates), first), first + 1 + np.arange(len(round_) + len(hollow))]
-        )
-        self.net, self.steepest = _network(kind, chain, np.concatenate(parts), reach, sharpness)
+        others = first + np.append(np.zeros(len(plates), dtype=np.int64), 1 + np.arange(len(round_) + len(hollow)))
+        self.data = np.concatenate(parts)
+        self.net = network(self.kind, np.append(self.chains[of], others), self.data, reach, sharpness)
+        self.steepest = float(self.net.bounds[:, 0].max())
         radii = np.concatenate([self.segments[:, 6:].ravel(), plates[:, 9], round_[:, 3]])
         self.scale = float(np.median(radii)) * (reach**2 - 1) / 2
 
     def potential(self, x: Floats) -> Floats:
         """±h (F − 1), constant where F < ½, (points) [m]."""
-        F = kernels.potentials(self.net, np.ascontiguousarray(x))[:, 0]
+        F = kernels.values(self.net, np.ascontiguousarray(x))
         g: Floats = self.sign * self.scale * (np.maximum(F, 0.5) - 1)
         return g
 
@@ -121,20 +125,32 @@ class ConvolutionSurface:
         """
         x = np.ascontiguousarray(x)
         start = x if guess is None else np.ascontiguousarray(guess)
-        distance, foot, normal, curvature = kernels.closest(self.net, x, start, self.sign, 50)
-        for other in (self._beside, self._seen):
-            lost = np.flatnonzero(np.isnan(distance))
-            if lost.size:
-                again = kernels.closest(self.net, x[lost], other(x[lost]), self.sign, 200)
-                distance[lost], foot[lost], normal[lost], curvature[lost] = again
-        if np.isnan(distance).any():
-            at = x[np.argmax(np.isnan(distance))]
-            raise ArithmeticError(f"no closest point of the convolution surface found from {at.tolist()}")
-        return Foot(distance, foot, normal, curvature)
+        lost, *found = closest(self.net, x, start, self.sign, 50)
+        foot = Foot(*found)
+        if lost:
+            self._find_lost(x, foot)
+        return foot
+
+    def _find_lost(self, x: Floats, foot: Foot) -> None:
+        """Look for the feet that are NaN from elsewhere; where Newton's method never settles, the wall in sight."""
+        for start in (lambda x: beside(self.kind, self.data, x), self._seen):
+            lost = np.flatnonzero(np.isnan(foot.distance))
+            _, *again = closest(self.net, x[lost], start(x[lost]), self.sign, 200)
+            for mine, found in zip(foot, again, strict=True):
+                mine[lost] = found
+        lost = np.flatnonzero(np.isnan(foot.distance))
+        if lost.size:
+            y = self._seen(x[lost])
+            n = self.gradient(y)
+            n /= np.linalg.norm(n, axis=1)[:, None]
+            foot.point[lost], foot.normal[lost] = y, n
+            side = np.where(np.einsum("qd,qd->q", x[lost] - y, n) < 0, -1.0, 1.0)
+            foot.distance[lost] = side * np.linalg.norm(x[lost] - y, axis=1)
+            foot.curvature[lost] = 0.0
 
     def first_root(self, start: Floats, end: Floats, tolerance: float) -> Floats:
         """The first root on each segment, see `contact.detection.first_root`."""
-        found: Floats = kernels.roots(
+        found: Floats = roots(
             self.net, np.ascontiguousarray(start), np.ascontiguousarray(end), self.sign, tolerance
         )
         return found
@@ -143,37 +159,16 @@ class ConvolutionSurface:
         """For each x the nearest point of the wall in 26 directions, (points, 3)."""
         rays = np.stack(np.meshgrid([-1, 0, 1], [-1, 0, 1], [-1, 0, 1]), axis=-1).reshape(-1, 3)
         rays = rays[np.any(rays != 0, axis=1)] / np.linalg.norm(rays[np.any(rays != 0, axis=1)], axis=1)[:, None]
-        side = np.sign(kernels.potentials(self.net, x)[:, 0] - 1)
-        far = 2 * float(self.net.wide.max())
+        side = np.sign(kernels.values(self.net, x) - 1)
+        far = 2 * float(self.net.bounds[:, 3].max())
         s = np.full((len(rays), len(x)), np.inf)
         for sign in (-1.0, 1.0):
             at = np.flatnonzero(side == sign)
             ends = (x[at] + far * rays[:, None]).reshape(-1, 3)
-            root = kernels.roots(self.net, np.tile(x[at], (len(rays), 1)), ends, sign, 1e-3 * far)
+            root = roots(self.net, np.tile(x[at], (len(rays), 1)), ends, sign, 1e-3 * far)
             s[:, at] = np.nan_to_num(root, nan=1.0).reshape(len(rays), -1)
         best = np.argmin(s, axis=0)
         start: Floats = x + far * np.take_along_axis(s, best[None], axis=0)[0][:, None] * rays[best]
-        return start
-
-    def _beside(self, x: Floats) -> Floats:
-        """For each x a point at the wall of the primitive that is nearest, (points, 3)."""
-        data, kind = self.net.data, self.net.kind
-        best, start = np.full(len(x), np.inf), x.copy()
-        for n in np.flatnonzero(kind != kernels.DENT):
-            d = data[n]
-            if kind[n] == kernels.SEGMENT:
-                s = np.clip((x - d[:3]) @ d[3:6], 0, d[6])
-                centre, r = d[:3] + s[:, None] * d[3:6], d[7] + d[8] * s
-            elif kind[n] == kernels.TRIANGLE:
-                centre, r = np.broadcast_to(d[:9].reshape(3, 3).mean(axis=0), x.shape), np.full(len(x), d[9])
-            else:
-                centre, r = np.broadcast_to(d[:3], x.shape), np.full(len(x), d[3])
-            away = x - centre
-            rho = np.linalg.norm(away, axis=1)
-            nearer = np.abs(rho - r) < best
-            best[nearer] = np.abs(rho - r)[nearer]
-            unit = away / np.maximum(rho, 1e-300)[:, None]
-            start[nearer] = (centre + r[:, None] * unit)[nearer]
         return start
 
     def radius_error(self, directions: int = 8) -> tuple[Floats, Floats]:
@@ -190,7 +185,7 @@ class ConvolutionSurface:
         angle = 2 * np.pi * np.arange(directions) / directions
         rays = np.cos(angle)[:, None, None] * e + np.sin(angle)[:, None, None] * np.cross(t, e)
         from_, to = np.broadcast_to(middle, rays.shape), middle + 3 * r[:, None] * rays
-        root = kernels.roots(self.net, from_.reshape(-1, 3), to.reshape(-1, 3), 1.0, 1e-3 * float(r.min()))
+        root = roots(self.net, from_.reshape(-1, 3), to.reshape(-1, 3), 1.0, 1e-3 * float(r.min()))
         measured = 3 * np.median(root.reshape(directions, -1), axis=0)
         return middle, measured - 1
 
@@ -206,45 +201,3 @@ def _rows(key: str, value: Floats | None, width: int, radii: slice) -> Floats:
 
 def _padded(rows: Floats) -> Floats:
     return np.pad(rows, [(0, 0), (0, 10 - rows.shape[1])])
-
-
-def _segment_rows(segments: Floats, length: Floats) -> Floats:
-    taper = (segments[:, 7] - segments[:, 6]) / length
-    tangent = (segments[:, 3:6] - segments[:, :3]) / length[:, None]
-    return _padded(np.column_stack([segments[:, :3], tangent, length, segments[:, 6], taper]))
-
-
-def _network(kind: Ints, chain: Ints, data: Floats, reach: float, sharpness: float) -> tuple[kernels.Network, float]:
-    """Primitives with their index, and the largest bound of |∇F|."""
-    low, high, axis_low, axis_high, thin, thick = _boxes(kind, data)
-    weight = np.array([35 / (32 * reach * (1 - reach**-2) ** 3.5), 4 / (np.pi * reach**2 * (1 - reach**-2) ** 4)])
-    support = np.where(kind == kernels.DENT, 1.0, reach) * thick
-    cell = float(np.median(thick[kind != kernels.DENT]))
-    corner = (low - support[:, None]).min(axis=0) - 2 * cell
-    number, item, near, coordinates = cells_of(axis_low, axis_high, low, high, support, corner, cell)
-    bounds = cell_bounds(number, item, len(coordinates), kind, chain, data, thin, thick, weight, reach, cell)
-    table, keys = hashed(coordinates)
-    number, item = number[near], item[near]
-    first = np.searchsorted(number, np.arange(len(coordinates) + 1))
-    net = kernels.Network(
-        kind, chain, data, np.array([*weight, reach, sharpness, cell, *corner]), table, keys, first, item, *bounds
-    )
-    return net, float(bounds[0].max())
-
-
-def _boxes(kind: Ints, data: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats]:
-    """Bounding boxes of axes, the segment in them (its ends; equal for the others), least and largest radii."""
-    low, high = data[:, :3].copy(), data[:, :3].copy()
-    thin, thick = data[:, 3].copy(), data[:, 3].copy()
-    s = kind == kernels.SEGMENT
-    a, b = data[:, :3].copy(), data[:, :3].copy()
-    b[s] += data[s, 6:7] * data[s, 3:6]
-    ends = np.stack([data[s, 7], data[s, 7] + data[s, 8] * data[s, 6]])
-    thin[s], thick[s] = ends.min(axis=0), ends.max(axis=0)
-    t = kind == kernels.TRIANGLE
-    corners = data[t, :9].reshape(-1, 3, 3)
-    low, high = np.minimum(a, b), np.maximum(a, b)
-    low[t], high[t] = corners.min(axis=1), corners.max(axis=1)
-    # A triangle counts as the ball about its first corner that holds it.
-    thin[t], thick[t] = data[t, 9], data[t, 9]
-    return low, high, a, b, thin, thick

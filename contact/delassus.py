@@ -7,13 +7,46 @@ import os
 import numpy as np
 from numpy.typing import NDArray
 
-from contact.rows import Rows
+from contact.rows import ElementRows, Rows
+from contact.solvers.problem import DenseDelassus
 from fem.body import Body
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 BLOCK_BYTES = 256 * 2**20
+
+
+class DirectDelassus(DenseDelassus):
+    """W of beams alone, whose compliance between any two points is known without a solve.
+
+    Parameters
+    ----------
+    H : for each body its rows of H, (c, owned), zero where displacements are prescribed
+    W : (c, c), symmetric
+    """
+
+    noise = 0.0
+
+    def __init__(self, H: dict[Body, Rows], W: Floats) -> None:
+        self.H, self.W = H, W
+
+    def diagonal(self, rows: Ints) -> Floats:
+        """W_ii."""
+        diagonal: Floats = self.W[rows, rows]
+        return diagonal
+
+    def product(self, lam: Floats) -> Floats:
+        """W λ, (c) [m]."""
+        return np.asarray(self.W @ lam)
+
+
+def direct(H: dict[Body, Rows]) -> DirectDelassus | None:
+    """The operator of beams, or None where some body's compliance takes solves."""
+    parts = [body.delassus(rows.values, rows.first // 6) for body, rows in H.items() if isinstance(rows, ElementRows)]
+    if not parts or len(parts) < len(H) or any(part is None for part in parts):
+        return None
+    return DirectDelassus(H, sum(parts[1:], parts[0]))
 
 
 class CompliantDelassus:
@@ -76,6 +109,11 @@ class CompliantDelassus:
                 part = slice(start, start + block)
                 W[:, where[part]] += comm.allreduce(H.solve(body, mine[part]))
         return W
+
+    def product(self, lam: Floats) -> Floats:
+        """W λ, (c) [m], from the columns where λ is not zero. Collective."""
+        carrying = np.flatnonzero(lam)
+        return np.asarray(self.columns(carrying) @ lam[carrying])
 
     def diagonal(self, rows: Ints) -> Floats:
         """W_ii where the column has been formed, infinity elsewhere: a certificate costs no solve."""

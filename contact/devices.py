@@ -31,19 +31,18 @@ class DeviceContact:
 
     Parameters
     ----------
-    samples : contact points per element, evenly spaced along the rest length, both ends of the beam among them
+    places : rest lengths from the start at which the beam is sampled, in rising order, (c) [m]
     interference : how deep a point may start in the wall [m]
     """
 
-    def __init__(self, name: str, body: Beam, surface: Surface, samples: int = 2, interference: float = 0.0) -> None:
+    def __init__(self, name: str, body: Beam, surface: Surface, places: Floats, interference: float = 0.0) -> None:
         self.name, self.body, self.surface, self.interference = name, body, surface, interference
         arc = np.append(0.0, np.cumsum(body.data.length))
         m = len(body.data.length)
-        s = np.linspace(0.0, arc[-1], samples * m + 1)
-        self.elements: Ints = np.clip(np.searchsorted(arc, s, side="right") - 1, 0, m - 1)
-        self.xi: Floats = np.clip((s - arc[self.elements]) / body.data.length[self.elements], 0.0, 1.0)
+        self.elements: Ints = np.clip(np.searchsorted(arc, places, side="right") - 1, 0, m - 1)
+        self.xi: Floats = np.clip((places - arc[self.elements]) / body.data.length[self.elements], 0.0, 1.0)
         self.radius: Floats = body.radius[self.elements]
-        self.count = len(s)
+        self.count = len(places)
         self.places = self._points(body.start, body.start_frames)
         self.areas = np.zeros(self.count)
         self._first = 6 * self.elements

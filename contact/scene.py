@@ -167,6 +167,7 @@ class ContactTable(Table):
     body: Name
     tag: Name | None = Field(None, description="of the mesh; a beam touches with all of its length")
     samples: Annotated[int, Field(ge=1)] | None = Field(None, description="contact points per element of a beam (2)")
+    spacing: Positive | None = Field(None, description="of contact points along a beam, instead of samples [m]")
     surface: SurfaceTable | Obstacle = Field(
         description="plane, sphere, cylinder, paraboloid, cone, sinusoid, dome, or point"
     )
@@ -188,8 +189,10 @@ class ContactTable(Table):
         """ValueError for keys that the contact of a beam, or of a mesh, does not have."""
         if (self.tag is None) != beam:
             raise ValueError(f"contact.tag = {self.tag!r}: a beam has none, a mesh needs one")
-        if not beam and self.samples is not None:
-            raise ValueError(f"contact.samples = {self.samples}: only a beam has them")
+        if not beam and (self.samples is not None or self.spacing is not None):
+            raise ValueError("contact.samples, spacing: only a beam has them")
+        if self.samples is not None and self.spacing is not None:
+            raise ValueError(f"contact.spacing = {self.spacing}: a beam takes samples or spacing, not both")
         if beam and (self.direction is not None or self.constraint != "nodal" or self.sliding != "small"):
             raise ValueError("contact.constraint, sliding, direction: not of a beam, whose contact follows the motion")
         if beam and isinstance(self.surface, BodyPointTable):

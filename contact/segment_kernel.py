@@ -2,7 +2,7 @@
 
 ∫e³/r ds over the part of a segment where e = 1 − |x − a|²/(k r)² > 0: one interval, as |x − a(s)| − k r(s) is convex.
 There Gauss and Legendre's rule with 4 points is the closed form where r is constant, the integrand being a polynomial
-of degree 6; `pieces` divides tapered segments until its error is below 1e-8. Boundary terms vanish with e, so that
+of degree 6; `pieces` divides tapered segments until its error is below 1e-6 of F. Boundary terms vanish with e, so that
 derivatives go under the integral.
 """
 
@@ -18,55 +18,61 @@ Terms = tuple[float, float, float, float, float, float, float, float, float, flo
 
 # Segments of a chain come in blocks of as many as a processor adds at once; empty ones fill them up.
 BLOCK = 4
-COLUMNS = 11
-RATIO = 0.12
+COLUMNS = 10
+QUADRATURE = 1e-6
 _RULE = np.polynomial.legendre.leggauss(4)
 NODES, WEIGHTS = (_RULE[0] + 1) / 2, _RULE[1] / 2
 
 
-def pieces(segments: Floats) -> tuple[Floats, Ints]:
-    """Segments a, b, r_a, r_b divided evenly in radius until it varies by no more than RATIO, and whose part each is."""
-    count = np.ceil(np.abs(np.log(segments[:, 7] / segments[:, 6])) / RATIO).astype(np.int64)
-    count = np.maximum(count, 1)
+def pieces(segments: Floats, reach: float) -> tuple[Floats, Ints]:
+    """Segments a, b, r_a, r_b divided evenly until four points integrate them to QUADRATURE, and whose part each is.
+
+    About the middle of a segment of length 2 l the integrand's leading term that four points miss is
+    28 (r′l/r)² (l/k r)⁶ t⁸, of which they miss 0.006. Beyond l = k r the kernel ends.
+    """
+    r = segments[:, 6:].min(axis=1)
+    length = np.linalg.norm(segments[:, 3:6] - segments[:, :3], axis=1)
+    taper = np.abs(segments[:, 7] - segments[:, 6]) / length
+    with np.errstate(divide="ignore"):
+        half = reach * (QUADRATURE / (0.16 * (reach * taper) ** 2)) ** 0.125
+    count = np.where(half < reach, np.ceil(length / (2 * half * r)), 1.0).astype(np.int64)
     of = np.repeat(np.arange(len(segments)), count)
-    place = np.arange(len(of)) - np.repeat(np.cumsum(count) - count, count)
-    a, b, r = segments[of, :3], segments[of, 3:6], segments[of, 6:]
-
-    def share(j: Ints) -> Floats:
-        # Radii in geometric progression; of a constant one, length.
-        ratio = (r[:, 1] / r[:, 0]) ** (j / count[of]) - 1
-        whole = r[:, 1] / r[:, 0] - 1
-        part: Floats = np.divide(ratio, whole, out=j / count[of], where=count[of] > 1)
-        return part
-
-    low, high = share(place)[:, None], share(place + 1)[:, None]
-    radii = [r[:, 0] + s[:, 0] * (r[:, 1] - r[:, 0]) for s in (low, high)]
-    return np.column_stack([a + low * (b - a), a + high * (b - a), *radii]), of
+    part = (np.arange(len(of)) - np.repeat(np.cumsum(count) - count, count)) / count[of]
+    start, end = segments[:, [0, 1, 2, 6]][of], segments[:, [3, 4, 5, 7]][of]
+    low = start + part[:, None] * (end - start)
+    high = np.where((part + 1 / count[of] > 1 - 1e-9)[:, None], end, low + (end - start) / count[of][:, None])
+    return np.column_stack([low[:, :3], high[:, :3], low[:, 3], high[:, 3]]), of
 
 
 def columns(segments: Floats, reach: float) -> Floats:
-    """What the kernel takes of each segment: a, t, ℓ, r, dr/ds, 1/(1 − k² (dr/ds)²) and 1/r in the middle, (n, COLUMNS)."""
+    """What the kernel takes of each segment: a, t, ℓ, r, dr/ds and 1/(1 − k² (dr/ds)²), (n, COLUMNS)."""
     along = segments[:, 3:6] - segments[:, :3]
     length = np.linalg.norm(along, axis=1)
     taper = (segments[:, 7] - segments[:, 6]) / length
     spread = 1 - (reach * taper) ** 2
     spread[np.abs(spread) < 1e-9] = 1e-9
-    middle = segments[:, 6:].mean(axis=1)
-    return np.column_stack([segments[:, :3], along / length[:, None], length, segments[:, 6], taper, 1 / spread, 1 / middle])
+    return np.column_stack([segments[:, :3], along / length[:, None], length, segments[:, 6], taper, 1 / spread])
 
 
 @njit(cache=True, error_model="numpy", forceinline=True, fastmath={"reassoc", "contract"})
 def integrate_segments(
-    slots: Floats, start: int, stop: int, weight: float, k2: float, x: float, y: float, z: float
+    slots: Floats,
+    start: int,
+    stop: int,
+    weight: float,
+    k2: float,
+    inverse_k2: float,
+    x: float,
+    y: float,
+    z: float,
 ) -> Terms:
     """Σ weight ∫e³/r over slots[:, start:stop], its gradient and Hessian: value, x, y, z, xx, xy, xz, yy, yz, zz."""
     f = fx = fy = fz = fxx = fxy = fxz = fyy = fyz = fzz = 0.0
-    inverse_k2 = 1.0 / k2
     # An unsigned index needs no test for negative ones, which would keep the loop from being vectorised.
     for n in range(np.uint64(start), np.uint64(stop)):
         tx, ty, tz = slots[3, n], slots[4, n], slots[5, n]
         px, py, pz = x - slots[0, n], y - slots[1, n], z - slots[2, n]
-        end, r0, taper, opening, thin = slots[6, n], slots[7, n], slots[8, n], slots[9, n], slots[10, n]
+        end, r0, taper, opening = slots[6, n], slots[7, n], slots[8, n], slots[9, n]
         s0 = px * tx + py * ty + pz * tz
         px, py, pz = px - s0 * tx, py - s0 * ty, pz - s0 * tz
         across = px * px + py * py + pz * pz
@@ -86,9 +92,7 @@ def integrate_segments(
         for q in range(4):
             s = low + length * NODES[q]
             along = s0 - s
-            # 1/r about the middle of the segment, where |u| ≤ RATIO/2: to 5e-10
-            u = 1.0 - (r0 + taper * s) * thin
-            one_r = thin * (1.0 + u * (1.0 + u * (1.0 + u * (1.0 + u * (1.0 + u * (1.0 + u))))))
+            one_r = 1.0 / (r0 + taper * s)
             inverse = one_r * one_r * inverse_k2
             e = 1.0 - (across + along * along) * inverse
             w = scale * WEIGHTS[q] * one_r * e

@@ -14,7 +14,8 @@ from contact.system import Linearisation, System
 
 Floats = NDArray[np.float64]
 
-CONTRACTING = 0.2  # a pass that leaves more than this part of the residual does not contract: A is formed anew
+# A pass that leaves more than this part of the residual, or more than NEAR of it, does not contract: A is formed anew.
+CONTRACTING, NEAR = 0.2, 1e-4
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,7 @@ def step(
             gap = system.gaps()
             system.accept()
             return StepResult(lam, gap, corrected, problem, certificate, number, iterations, solution.details)
-        contracting = certificate.residual <= CONTRACTING * residual
+        contracting = certificate.residual <= min(CONTRACTING * residual, NEAR)
         residual = certificate.residual
         contacts = system.relinearise(contacts, corrected, lam, contracting)
 

@@ -6,11 +6,75 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from contact.surface_kernels import BALL, DENT, POWER, SEGMENT, TRIANGLE, slot
+from contact.segment_kernel import BLOCK
+from contact.surface_kernels import BALL, DENT, POWER, SEGMENT, TRIANGLE, Network, slot
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
+
+
+def network(kind: Ints, chain: Ints, data: Floats, reach: float, sharpness: float) -> Network:
+    """Primitives in the order of segments by chain, triangles, balls, dents, with their index.
+
+    Parameters
+    ----------
+    kind, chain, data : of each primitive; data is `contact.segment_kernel.columns` of a segment; three corners and r of
+        a triangle; centre, r of a ball; centre, radius, strength of a dent, (n, 10)
+    """
+    low, high, a, b, thin, thick = _boxes(kind, data)
+    weight = np.array([35 / (32 * reach * (1 - reach**-2) ** 3.5), 4 / (np.pi * reach**2 * (1 - reach**-2) ** 4)])
+    support = np.where(kind == DENT, 1.0, reach) * thick
+    cell = float(np.median(thick[kind != DENT]))
+    corner = (low - support[:, None]).min(axis=0) - 2 * cell
+    number, item, near, coordinates = cells_of(a, b, low, high, support, corner, cell)
+    bounds = cell_bounds(number, item, len(coordinates), kind, chain, data, thin, thick, weight, reach, cell)
+    table, keys = hashed(coordinates)
+    constants = np.array([*weight, reach, sharpness, cell, *corner, 1 / cell, reach**-2])
+    balls = data[kind >= BALL, :5].copy()
+    return Network(
+        constants, table, keys, *_groups(number[near], item[near], len(coordinates), kind, chain, data, bounds), balls
+    )
+
+
+def _groups(
+    number: Ints, item: Ints, cells: int, kind: Ints, chain: Ints, data: Floats, bounds: Floats
+) -> tuple[Ints, Floats, Ints, Floats, Floats]:
+    """Pairs of cells and primitives as runs of one cell and chain, and the copies of data that they point to."""
+    new = np.diff(number, prepend=-1).astype(bool) | np.diff(chain[item], prepend=-1).astype(bool)
+    first, run = np.flatnonzero(new), np.cumsum(new) - 1
+    count = np.diff(first, append=len(item))
+    of = kind[item[first]]
+    size = np.select([of == SEGMENT, of == TRIANGLE], [-(-count // BLOCK) * BLOCK, count], 0)
+    start = np.zeros(len(first), dtype=np.int64)
+    for own in (SEGMENT, TRIANGLE):
+        start[of == own] = np.cumsum(size[of == own]) - size[of == own]
+    alone = of >= BALL
+    start[alone], size[alone] = item[first[alone]] - np.count_nonzero(kind < BALL), 1
+    groups = np.column_stack([of, start, start + size])
+    slots = np.zeros((data.shape[1], size[of == SEGMENT].sum()))
+    slots[[7, 9]] = 1.0
+    mine = of[run] == SEGMENT
+    slots[:, (start[run] + np.arange(len(item)) - first[run])[mine]] = data[item[mine]].T
+    ends = np.searchsorted(number[first], np.arange(cells + 1))
+    dents = np.bincount(number[first], of == DENT, cells).astype(np.int64)
+    index = np.column_stack([ends[:-1], ends[1:] - dents, ends[1:]])
+    return index, bounds, groups, slots, data[item[of[run] == TRIANGLE]]
+
+
+def _boxes(kind: Ints, data: Floats) -> tuple[Floats, Floats, Floats, Floats, Floats, Floats]:
+    """Bounding boxes of axes, the segment in them (its ends; equal for the others), least and largest radii."""
+    thin, thick = data[:, 3].copy(), data[:, 3].copy()
+    a, b = data[:, :3].copy(), data[:, :3].copy()
+    s, t = kind == SEGMENT, kind == TRIANGLE
+    b[s] += data[s, 6:7] * data[s, 3:6]
+    ends = np.stack([data[s, 7], data[s, 7] + data[s, 8] * data[s, 6]])
+    thin[s], thick[s] = ends.min(axis=0), ends.max(axis=0)
+    low, high = np.minimum(a, b), np.maximum(a, b)
+    corners = data[t, :9].reshape(-1, 3, 3)
+    low[t], high[t] = corners.min(axis=1), corners.max(axis=1)
+    thin[t], thick[t] = data[t, 9], data[t, 9]
+    return low, high, a, b, thin, thick
 
 
 @njit(cache=True, error_model="numpy")
@@ -107,8 +171,8 @@ def cell_bounds(
     weight: Floats,
     reach: float,
     cell: float,
-) -> tuple[Floats, Floats, Floats, Floats]:
-    """Bounds of |∇F| where F ≥ ½ and of −∂²F/∂s² where F ≥ 1, least and largest radius, within a cell's width, (cells).
+) -> Floats:
+    """Bounds of |∇F| where F ≥ ½ and of −∂²F/∂s² where F ≥ 1, least and largest radius, within a cell's width, (cells, 4).
 
     With f = ∫e³dμ and ∂e = −2a/R², |a| ≤ R √(1 − e), Cauchy and Schwarz's inequality bounds (∂f)² by
     36 f ∫e a²/R⁴dμ, so that F = f^(2/7) has
@@ -143,4 +207,4 @@ def cell_bounds(
     np.minimum.at(small, number, r)
     large = np.zeros(cells)
     np.maximum.at(large, number, thick[item])
-    return np.bincount(where, slope, cells), np.bincount(where, bend, cells), small, large
+    return np.column_stack([np.bincount(where, slope, cells), np.bincount(where, bend, cells), small, large])

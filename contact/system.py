@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from contact.clock import Clock
-from contact.delassus import CompliantDelassus
+from contact.delassus import CompliantDelassus, DirectDelassus, direct
 from contact.pairs import Constraints, Pair
 from contact.ranks import total
 from contact.rows import Rows, SparseRows
@@ -76,10 +76,12 @@ class Linearisation:
     base: Floats | None = field(default=None)
 
     @cached_property
-    def W(self) -> TimedDelassus:
+    def W(self) -> TimedDelassus | DirectDelassus:
         """The Delassus operator on `rows`."""
         compliant = {body: h.take(self.rows).without(body.held) for body, h in self.free.items() if body.deformable}
-        return TimedDelassus(compliant, len(self.rows), self.clock)
+        with self.clock("delassus"):
+            known = direct(compliant)
+        return known or TimedDelassus(compliant, len(self.rows), self.clock)
 
     def with_operator(self, other: Linearisation) -> Linearisation:
         """These constraints with the operator of an earlier linearisation."""
@@ -273,8 +275,7 @@ class System:
             q = self._gaps(lin)[lin.rows]
         base = lin.on_rows(lin.base)
         if base is not None:
-            carrying = np.flatnonzero(base)
-            q = q - lin.W.columns(carrying) @ base[carrying]
+            q = q - lin.W.product(base)
         primal = BodyMatrices(lin.W.H) if lin.W.H else None
         if lin.G is None:
             return ContactProblem(lin.W, q, primal=primal)

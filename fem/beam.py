@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
-from petsc4py import PETSc
 
 from fem import beam_kernels as kernels
 from fem.beam_element import BeamData
+from fem.chain import matrix_of
 from fem.integrators import Integrator, Static
 from fem.rotations import exp
 
@@ -173,7 +172,7 @@ class Beam:
         self._extra: tuple[Ints, Floats] | None = None
         self._forces: tuple[Floats, Floats] | None = None
         self._fresh = self._factorised = False
-        self._matrix = _BlockTridiagonal(n, self.fixed)
+        self._matrix = matrix_of(self.fixed)
         # Moments are measured against forces by an element's length.
         # A residual of 1e-8 of this is a strain of 1e-15, the round-off of strains.
         self._least = 1e-7 * float((data.axial[:, 0] * data.length).max())
@@ -357,7 +356,7 @@ class Beam:
         rest = self.residual()
         if contact is not None:
             rest = rest + np.where(self.fixed, 0.0, contact)
-        self.u = self._matrix.solve(rest[:, None])[:, 0]
+        self.u = self.solve(rest[:, None])[:, 0]
 
     def correct(self, increment: Floats) -> None:
         """Move by the free increment and `increment` together; the free increment is used up.
@@ -392,28 +391,30 @@ class Beam:
             data = self._damped
             inner = kernels.assemble_forces(self.edges, self.R, data.chord, data.twist, data.axial, data.bending)
             if self.inertia is not None:
-                inner += self._inertia_forces()
+                self._add_inertia(inner)
             outer = self.load
             if self.loads.line is not None:
                 outer = outer + self._line_moments()
             self._forces = inner.ravel(), outer
         return self._forces
 
-    def _inertia_forces(self) -> Floats:
+    def _add_inertia(self, f: Floats) -> None:
+        """Add inertia and the damping a M v to forces (N, 6)."""
         inertia, scheme = self.inertia, self._integrator
         assert inertia is not None
-        a = inertia.rayleigh[0]
         x_n, R_n, _, v_n, w_n = self._history
-        moved = self.x - x_n
-        turned = kernels.relative_rotations(R_n, self.R)
-        factor = scheme.inertia + a * scheme.damping
-        rates = factor * moved - scheme.damping * v_n
-        f = np.empty((self.space.nodes, 6))
-        f[:, :3] = inertia.nodes[:, None] * rates
-        f[:-1, :3] += inertia.links[:, None] * rates[1:]
-        f[1:, :3] += inertia.links[:, None] * rates[:-1]
-        f[:, 3:] = np.einsum("nij,nj->ni", self._J, factor * turned - scheme.damping * w_n)
-        return f
+        kernels.add_inertia_forces(
+            f,
+            self.x - x_n,
+            kernels.relative_rotations(R_n, self.R),
+            v_n,
+            w_n,
+            inertia.nodes,
+            inertia.links,
+            self._J,
+            scheme.inertia + inertia.rayleigh[0] * scheme.damping,
+            scheme.damping,
+        )
 
     def _line_moments(self) -> Floats:
         """ℓ²/12 (t₁ × q, −t₂ × q): what the Hermite interpolation makes of a line load, beside half of it a node."""
@@ -435,6 +436,12 @@ class Beam:
         norms = [float(np.linalg.norm(self._unit * f)) for f in (rest, inner, outer, contact)]
         return norms[0] / max(sum(norms[1:]), self._least)
 
+    def reactions(self) -> Floats:
+        """f_int + inertia − f_ext of each node where an unknown of it is prescribed, (N, 6) [N, N m]; contact apart."""
+        inner, outer = self._balance()
+        reactions: Floats = np.where(self.fixed, inner - outer, 0.0).reshape(-1, 6)
+        return reactions
+
     def energy(self) -> dict[str, float]:
         """Kinetic and strain energy [J]."""
         gamma, psi = kernels.strains(self.edges, self.R)
@@ -455,6 +462,10 @@ class Beam:
         """X = A⁻¹ B, (6 N, k)."""
         return self._matrix.solve(B)
 
+    def delassus(self, values: Floats, elements: Ints) -> Floats | None:
+        """H A⁻¹ Hᵀ (c, c) for rows with entries (c, 12) on given elements, or None where only solves give it."""
+        return self._matrix.delassus(values, elements)
+
     def close(self) -> None:
         """Destroy the matrix and its solver."""
         self._matrix.close()
@@ -466,69 +477,3 @@ class Beam:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
-
-
-class _BlockTridiagonal:
-    """A symmetric matrix of 6 × 6 blocks along a chain, as PETSc's SeqBAIJ with its LU in natural order."""
-
-    def __init__(self, nodes: int, fixed: Bools) -> None:
-        self._fixed = fixed
-        counts = np.full(nodes, 3)
-        counts[0] = counts[-1] = 2
-        self._pointer = np.append(0, np.cumsum(counts)).astype(PETSc.IntType)
-        around = np.arange(nodes)[:, None] + np.array([-1, 0, 1])
-        self._columns = around[(around >= 0) & (around < nodes)].astype(PETSc.IntType)
-        self._values = np.zeros((len(self._columns), 6, 6))
-
-    @cached_property
-    def A(self) -> Any:
-        """The matrix."""
-        n = len(self._fixed)
-        csr = self._pointer, self._columns, self._values.ravel()
-        return PETSc.Mat().createBAIJ((n, n), 6, csr=csr, comm=PETSc.COMM_SELF)
-
-    @cached_property
-    def _ksp(self) -> Any:
-        ksp = PETSc.KSP().create(PETSc.COMM_SELF)
-        ksp.setOptionsPrefix("free_")
-        ksp.setOperators(self.A)
-        ksp.setType(PETSc.KSP.Type.PREONLY)
-        pc = ksp.getPC()
-        pc.setType(PETSc.PC.Type.LU)
-        pc.setFactorOrdering(PETSc.Mat.OrderingType.NATURAL)
-        ksp.setTolerances(rtol=1e-12, max_it=10_000)
-        ksp.setFromOptions()
-        ksp.setErrorIfNotConverged(True)
-        return ksp
-
-    def fill(self, diagonal: Floats, upper: Floats) -> None:
-        """Set the blocks (N, 6, 6) and (N − 1, 6, 6), unit rows at prescribed unknowns."""
-        kernels.fill_rows(diagonal, upper, self._fixed, self._values)
-        self.A.setValuesBlockedCSR(self._pointer, self._columns, self._values.ravel())
-        self.A.assemble()
-
-    def factor(self) -> None:
-        """Its LU."""
-        self._ksp.setOperators(self.A)
-        self._ksp.setUp()
-
-    def solve(self, B: Floats) -> Floats:
-        """A⁻¹ B, (n, k), zero at prescribed unknowns."""
-        B = np.asfortranarray(np.where(self._fixed[:, None], 0.0, B))
-        rhs = PETSc.Mat().createDense(B.shape, array=B, comm=PETSc.COMM_SELF)
-        X = PETSc.Mat().createDense(B.shape, comm=PETSc.COMM_SELF)
-        X.setUp()
-        rhs.assemble()
-        try:
-            self._ksp.matSolve(rhs, X)
-            result: Floats = X.getDenseArray().copy(order="F")
-        finally:
-            rhs.destroy()
-            X.destroy()
-        return result
-
-    def close(self) -> None:
-        """Destroy both."""
-        for name in ("_ksp", "A"):
-            if name in self.__dict__:
-                self.__dict__.pop(name).destroy()

@@ -348,31 +348,21 @@ def add_element_blocks(diagonal: Floats, upper: Floats, elements: Ints, blocks: 
 
 
 @njit(cache=True, error_model="numpy")
-def fill_rows(diagonal: Floats, upper: Floats, fixed: NDArray[np.bool_], values: Floats) -> None:
-    """The blocks of a symmetric block-tridiagonal matrix row after row, with unit rows at fixed unknowns.
-
-    Parameters
-    ----------
-    diagonal, upper : (N, 6, 6) and (N − 1, 6, 6)
-    fixed : (6 N)
-    values : (3 N − 2, 6, 6), set: left neighbour, diagonal and right neighbour of each block row
-    """
-    N = len(diagonal)
-    scale = 0.0
+def add_inertia_forces(
+    f: Floats, moved: Floats, turned: Floats, v: Floats, w: Floats,
+    nodes: Floats, links: Floats, J: Floats, factor: float, rate: float,
+) -> None:  # fmt: skip
+    """Add M (factor · moved − rate · v) and J (factor · turned − rate · w) to f (N, 6), all (N, 3)."""
+    N = len(nodes)
     for i in range(N):
-        for a in range(6):
-            scale = max(scale, abs(diagonal[i, a, a]))
-    k = 0
-    for i in range(N):
-        for j in range(max(i - 1, 0), min(i + 2, N)):
-            for a in range(6):
-                for b in range(6):
-                    if fixed[6 * i + a] or fixed[6 * j + b]:
-                        values[k, a, b] = scale if i == j and a == b else 0.0
-                    elif i == j:
-                        values[k, a, b] = diagonal[i, a, b]
-                    elif j > i:
-                        values[k, a, b] = upper[i, a, b]
-                    else:
-                        values[k, a, b] = upper[j, b, a]
-            k += 1
+        for a in range(3):
+            here = factor * moved[i, a] - rate * v[i, a]
+            f[i, a] += nodes[i] * here
+            if i > 0:
+                f[i - 1, a] += links[i - 1] * here
+            if i + 1 < N:
+                f[i + 1, a] += links[i] * here
+            total = 0.0
+            for b in range(3):
+                total += J[i, a, b] * (factor * turned[i, b] - rate * w[i, b])
+            f[i, 3 + a] += total

@@ -59,9 +59,10 @@ def parser() -> Parser:
     show.add_argument("--contact", type=int, metavar="STEP")
     show.add_argument("--json", action="store_true")
 
-    plot = commands.add_parser("plot", help="a picture of a record")
+    plot = commands.add_parser("plot", help="a picture of a record, or an animation of devices")
     plot.add_argument("record", metavar="FILE")
-    plot.add_argument("-o", dest="output", metavar="PNG")
+    plot.add_argument("-o", dest="output", metavar="PICTURE", help="FILE.png; of devices also *.gif, *.mp4")
+    plot.add_argument("--step", type=int, default=-1, metavar="N", help="from 0, or from the end if negative")
 
     compare = commands.add_parser("compare", help="the first dataset in which two records differ")
     compare.add_argument("records", nargs=2, metavar="FILE")

@@ -14,6 +14,7 @@ from pydantic import TypeAdapter
 
 from contact.expression import Expression
 from contact.record import CERTIFICATE, RecordReader
+from contact.scene import _apply
 from contact.scene_surfaces import SurfaceTable, surface_of
 from contact.surfaces import Surface
 from runs.pictures import (
@@ -35,6 +36,9 @@ from runs.pictures import (
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+DPI = 150
+"""Of pictures [1/in]."""
 
 MARKERS = "osD^v<>P"
 COLOURS = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, "black", "0.5")
@@ -73,6 +77,7 @@ class Frame:
     bodies: Bodies
     point_data: Mapping[str, Floats]
     contact: Mapping[str, Floats]
+    folders: tuple[Path, ...]
 
     @classmethod
     def read(cls, path: str | os.PathLike[str], step: int) -> Frame:
@@ -89,7 +94,7 @@ class Frame:
             if "displacement" not in point_data:
                 raise ValueError(f"{path}: has the point arrays {', '.join(point_data) or 'none'}, needs displacement")
             try:
-                scene = tomllib.loads(record.scene)
+                scene = _as_run(record.scene)
             except tomllib.TOMLDecodeError as error:
                 raise ValueError(f"{path}: the scene that it keeps is no TOML: {error}") from None
             u = point_data["displacement"]
@@ -101,6 +106,7 @@ class Frame:
                 bodies=Bodies(record.grid(), u, *_coloured(u, point_data, cell_data)),
                 point_data=point_data,
                 contact=record.contact(index),
+                folders=(*_folder(record.run), record.path.parent, Path(), Path(__file__).parent),
             )
 
     @property
@@ -110,10 +116,26 @@ class Frame:
         return any(body.get("material", {}).get("state") == "axisymmetric" for body in tables)
 
     def obstacles(self) -> list[tuple[Surface, int]]:
-        """The rigid surfaces of the scene's contacts, and their numbers of coordinates."""
+        """The rigid surfaces of the scene's contacts, and their numbers of coordinates.
+
+        Raises
+        ------
+        FileNotFoundError
+            where a surface's file is neither in the scene's folder, beside the record, in the current folder nor here.
+        """
         tables = [table["surface"] for table in self.scene.get("contact", []) if table["surface"]["kind"] != "point"]
         read = TypeAdapter(SurfaceTable).validate_python
-        return [(surface_of(read(table), Path()), len(_anchor(table))) for table in tables]
+        return [(surface_of(read(table), self._folder_of(table)), len(_anchor(table))) for table in tables]
+
+    def _folder_of(self, table: Mapping[str, Any]) -> Path:
+        """Where the file of a surface's table is."""
+        name = table.get("file")
+        if name is None:
+            return Path()
+        for folder in self.folders:
+            if (folder / name).is_file():
+                return folder
+        raise FileNotFoundError(f"{name}: neither beside the record nor in the current folder")
 
     def profile(self) -> Profile:
         """Pressure, or λ where the record has no pressure, over the undeformed place of the contact points."""
@@ -167,6 +189,20 @@ class Frame:
         return np.append(np.asarray(given, dtype=float), np.zeros(3 - len(given)))
 
 
+def _folder(run: Mapping[str, Any]) -> list[Path]:
+    """The scene's folder, where the record of the run knows it."""
+    return [Path(run["folder"])] if "folder" in run else []
+
+
+def _as_run(text: str) -> dict[str, Any]:
+    """A record's scene after the changes that follow its text."""
+    scene = tomllib.loads(text)
+    for line in text.splitlines():
+        if line.startswith("# --set "):
+            _apply(scene, line.removeprefix("# --set "))
+    return scene
+
+
 def _anchor(table: Mapping[str, Any]) -> list[float]:
     """The point that a surface's table names, without coordinates where there is none."""
     return next((table[key] for key in ("origin", "centre", "point") if key in table), [])
@@ -198,37 +234,52 @@ def _coloured(u: Floats, point_data: Mapping[str, Floats], cell_data: Mapping[st
     return np.linalg.norm(u, axis=1), False, "displacement |u| [m]"
 
 
-def plot_record(path_record: str | os.PathLike[str], path_png: str | os.PathLike[str], step: int = -1) -> None:
-    """Draw a step of a record: the deformed bodies, and the contact pressure beside the exact one where it is known.
+def plot_record(path_record: str | os.PathLike[str], path_picture: str | os.PathLike[str], step: int = -1) -> None:
+    """Draw a step of a record: devices in their vessel, or deformed bodies and the contact pressure beside the exact one.
 
     Parameters
     ----------
     path_record : path-like
-    path_png : path-like
-        Any format that matplotlib writes, by its ending.
+    path_picture : path-like
+        Any format that matplotlib writes, by its ending; of devices also a .gif or .mp4, which shows all steps.
     step : int
         Counted from 0, or from the end if negative.
 
     Raises
     ------
     ImportError
-        where matplotlib is missing.
+        where a library that draws is missing.
     ValueError
-        where the record or the step is not there.
+        where the record or the step is not there, or an animation is asked for that is none of devices.
     """
-    _save(record_figure(path_record, step), path_png)
+    with RecordReader(path_record) as record:
+        devices = "/VTKHDF/PointData/radius" in record.names
+    moving = Path(path_picture).suffix in (".gif", ".mp4")
+    if moving and not devices:
+        raise ValueError(f"-o {path_picture}: only records of devices can be animated, must be a picture")
+    if moving:
+        from runs.device_pictures import animate
+
+        animate(path_record, path_picture)
+        return
+    if devices:
+        from runs.device_pictures import device_figure
+
+        figure = device_figure(path_record, step)
+    else:
+        figure = record_figure(path_record, step)
+    figure.savefig(path_picture, dpi=DPI)
 
 
 def record_figure(path_record: str | os.PathLike[str], step: int = -1) -> Figure:
-    """The figure that `plot_record` saves; its parameters and errors."""
-    figure = _figure((12.0, 5.6))
+    """The figure of bodies without devices that `plot_record` saves; its parameters and errors."""
+    figure = new_figure((12.0, 5.6))
     frame = Frame.read(path_record, step)
     places = figure.add_gridspec(1, 2, width_ratios=(1.25, 1))
     _draw_bodies(figure, places[0], frame)
     _draw_profile(figure.add_subplot(places[1]), frame)
-    state = "" if frame.row["converged"] else "   NOT CONVERGED"
-    figure.suptitle(f"{frame.title},  t = {frame.row['time']:g} s{state}", color="black" if not state else VERMILLION)
-    figure.supxlabel(_footer(frame), fontsize=8, color="0.3")
+    figure.suptitle(title(frame), color="black" if frame.row["converged"] else VERMILLION)
+    figure.supxlabel(footer(frame), fontsize=8, color="0.3")
     return figure
 
 
@@ -336,19 +387,23 @@ def _shown(profile: Profile, x: Floats) -> tuple[float, float]:
     return low - margin, high + margin
 
 
-def _footer(frame: Frame) -> str:
+def title(frame: Frame) -> str:
+    """The scene's title, the time, and whether the step failed."""
+    state = "" if frame.row["converged"] else "   NOT CONVERGED"
+    return f"{frame.title},  t = {frame.row['time']:g} s{state}"
+
+
+def footer(frame: Frame) -> str:
+    """The certificate and the sizes, in two lines."""
     residuals = ",  ".join(f"{name.replace('_', ' ')} {frame.row[name]:.1e}" for name in CERTIFICATE)
     size = f"unknowns {frame.run['unknowns']}" if "unknowns" in frame.run else f"nodes {len(frame.bodies.grid.points)}"
     return f"{residuals}\n{size},  contacts {frame.row['contacts']},  active {frame.row['active']}"
 
 
-def _figure(size: tuple[float, float]) -> Figure:
+def new_figure(size: tuple[float, float]) -> Figure:
+    """An empty figure of this size [in]; ImportError where matplotlib is missing."""
     try:
         from matplotlib.figure import Figure
     except ImportError:
         raise ImportError("pictures need matplotlib: pip install 'signorini[plot]'") from None
     return Figure(figsize=size, layout="constrained")
-
-
-def _save(figure: Figure, path: str | os.PathLike[str]) -> None:
-    figure.savefig(path, dpi=150)

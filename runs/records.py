@@ -17,7 +17,7 @@ def command(arguments: argparse.Namespace) -> int:
         from runs.plot import plot_record
 
         target = arguments.output or Path(arguments.record).with_suffix(".png")
-        plot_record(arguments.record, target)
+        plot_record(arguments.record, target, arguments.step)
         print(target)
         return 0
     from contact.record import compare

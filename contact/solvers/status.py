@@ -64,7 +64,7 @@ def solve(problem: ContactProblem, start: Floats | None = None, tolerance: float
     q = np.ascontiguousarray(problem.q, float)
     columns = FormedColumns(problem.W)
     first = np.flatnonzero(start > 0) if start is not None else np.empty(0, np.int64)
-    blocks = _BlockSteps(columns, q, tolerance)
+    blocks = _BlockSteps(columns, q, tolerance, start)
     if not blocks.run(first):
         _ratio_tested(blocks)
     lam, delta, rows = blocks.lam, blocks.delta, columns.rows
@@ -85,8 +85,9 @@ def solve(problem: ContactProblem, start: Floats | None = None, tolerance: float
 class _BlockSteps:
     """Phase 1, and the state that it leaves to phase 2: the set `rows`, its Cholesky factor L, λ and δ."""
 
-    def __init__(self, columns: FormedColumns, q: Floats, tolerance: float) -> None:
+    def __init__(self, columns: FormedColumns, q: Floats, tolerance: float, start: Floats | None = None) -> None:
         self.columns, self.q, self.tolerance = columns, q, tolerance
+        self.start = np.zeros_like(q) if start is None else np.maximum(start, 0.0)
         self.rows: Ints = np.empty(0, np.int64)
         self.L: Floats = np.empty((0, 0))
         self.lam: Floats = np.zeros_like(q)
@@ -95,12 +96,14 @@ class _BlockSteps:
 
     def run(self, first: Ints) -> bool:
         """Take block steps from the set `first`; True if they reached the solution."""
-        feasible, least, block = self.lam, np.inf, 1
+        feasible, least, block = np.zeros_like(self.q), np.inf, 1
         wanted = np.zeros(len(self.q), bool)
         wanted[first] = True
         seen = {wanted.tobytes()}
         if len(first):
-            self.change(first)
+            self.begin(first)
+            if len(self.rows) == len(first):
+                feasible = self.start  # λ ≥ 0 on independent rows
         while True:
             rounding, scale = self.rounding(), length(self.q, self.delta - self.q)
             candidates = [feasible]
@@ -110,6 +113,7 @@ class _BlockSteps:
             if not len(negative):
                 feasible = self.lam
                 if not len(violated):
+                    self.columns.remember(self.rows, self.L)
                     return True
             candidates = [feasible, np.maximum(self.lam, 0.0)]
             least = min(least, worst)
@@ -151,6 +155,19 @@ class _BlockSteps:
         tail = tail[self.lam[tail] > 0]
         self.columns.form(entering)
         self.factorise(p, np.concatenate([self.rows[:p], tail[np.argsort(-self.lam[tail])], entering]))
+        self.settle()
+
+    def begin(self, first: Ints) -> None:
+        """Start from the set `first`, with its factor where that is known from a problem with the same W."""
+        known = self.columns.known(first)
+        if known is None:
+            self.change(first)
+        else:
+            self.rows, self.L = known
+            self.settle()
+
+    def settle(self) -> None:
+        """Solve W λ + q = 0 on the set, λ = 0 elsewhere."""
         self.lam, self.delta = np.zeros_like(self.q), self.q
         for _ in range(REFINEMENTS):
             self.lam[self.rows] -= cho_solve((self.L, True), self.delta[self.rows], check_finite=False)

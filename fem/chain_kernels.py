@@ -1,0 +1,204 @@
+"""Symmetric block-tridiagonal matrices of 6 × 6 blocks along a chain, compiled.
+
+With diagonal blocks Dᵢ and upper ones Eᵢ the elimination from the start leaves Sᵢ = Dᵢ − Eᵢ₋₁ᵀ Sᵢ₋₁⁻¹ Eᵢ₋₁; kept are Sᵢ⁻¹ and
+Uᵢ = Sᵢ⁻¹ Eᵢ. The blocks of the inverse on the diagonal are Zᵢ = Sᵢ⁻¹ + Uᵢ Zᵢ₊₁ Uᵢᵀ, and above it Zᵢⱼ = −Uᵢ Zᵢ₊₁,ⱼ (Takahashi,
+Fagan and Chen 1973), so that an entry of H A⁻¹ Hᵀ costs no solve over the whole chain. Oracle: PETSc's SeqBAIJ LU.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+
+@njit(cache=True)
+def hold(diagonal: Floats, upper: Floats, fixed: Bools) -> None:
+    """Unit rows and columns, on the scale of the largest diagonal entry, at fixed unknowns (6 N); overwrites both."""
+    scale = 0.0
+    for i in range(len(diagonal)):
+        for a in range(6):
+            scale = max(scale, abs(diagonal[i, a, a]))
+    for i in range(len(diagonal)):
+        for a in range(6):
+            if not fixed[6 * i + a]:
+                continue
+            for b in range(6):
+                diagonal[i, a, b] = diagonal[i, b, a] = 0.0
+                if i > 0:
+                    upper[i - 1, b, a] = 0.0
+                if i < len(upper):
+                    upper[i, a, b] = 0.0
+            diagonal[i, a, a] = scale
+
+
+@njit(cache=True)
+def _invert(S: Floats, X: Floats) -> bool:
+    """X ← S⁻¹ by Gauss–Jordan elimination with row pivots; overwrites S, False where it is singular."""
+    for a in range(6):
+        for b in range(6):
+            X[a, b] = 0.0
+        X[a, a] = 1.0
+    for k in range(6):
+        p = k
+        for a in range(k + 1, 6):
+            if abs(S[a, k]) > abs(S[p, k]):
+                p = a
+        if S[p, k] == 0.0 or not np.isfinite(S[p, k]):
+            return False
+        if p != k:
+            for b in range(6):
+                S[k, b], S[p, b] = S[p, b], S[k, b]
+                X[k, b], X[p, b] = X[p, b], X[k, b]
+        f = 1.0 / S[k, k]
+        for b in range(6):
+            S[k, b] *= f
+            X[k, b] *= f
+        for a in range(6):
+            g = S[a, k]
+            if a != k and g != 0.0:
+                for b in range(6):
+                    S[a, b] -= g * S[k, b]
+                    X[a, b] -= g * X[k, b]
+    return True
+
+
+@njit(cache=True)
+def factor(diagonal: Floats, upper: Floats, inverse: Floats, ratio: Floats) -> int:
+    """Sᵢ⁻¹ (N, 6, 6) and Uᵢ (N − 1, 6, 6) into `inverse` and `ratio`; the first singular node, or −1."""
+    S = diagonal[0].copy()
+    for i in range(len(diagonal)):
+        if not _invert(S, inverse[i]):
+            return i
+        if i + 1 == len(diagonal):
+            break
+        E, X, U, D = upper[i], inverse[i], ratio[i], diagonal[i + 1]
+        for a in range(6):
+            for b in range(6):
+                total = 0.0
+                for c in range(6):
+                    total += X[a, c] * E[c, b]
+                U[a, b] = total
+        for a in range(6):
+            for b in range(a, 6):
+                total = D[a, b]
+                for c in range(6):
+                    total -= E[c, a] * U[c, b]
+                S[a, b] = S[b, a] = total
+    return -1
+
+
+@njit(cache=True)
+def solve(inverse: Floats, ratio: Floats, B: Floats) -> None:
+    """B ← A⁻¹ B for k right-hand sides stored one after the other, (k, 6 N)."""
+    N = len(inverse)
+    y = np.empty(6)
+    for x in B:
+        for i in range(1, N):
+            U = ratio[i - 1]
+            for a in range(6):
+                total = 0.0
+                for c in range(6):
+                    total += U[c, a] * x[6 * i - 6 + c]
+                x[6 * i + a] -= total
+        for i in range(N - 1, -1, -1):
+            X = inverse[i]
+            for a in range(6):
+                total = 0.0
+                for c in range(6):
+                    total += X[a, c] * x[6 * i + c]
+                y[a] = total
+            if i + 1 < N:
+                U = ratio[i]
+                for a in range(6):
+                    total = 0.0
+                    for c in range(6):
+                        total += U[a, c] * x[6 * i + 6 + c]
+                    y[a] -= total
+            for a in range(6):
+                x[6 * i + a] = y[a]
+
+
+@njit(cache=True)
+def diagonal_of_inverse(inverse: Floats, ratio: Floats) -> Floats:
+    """Zᵢ = (A⁻¹)ᵢᵢ, (N, 6, 6)."""
+    N = len(inverse)
+    Z = inverse.copy()
+    T = np.empty((6, 6))
+    for i in range(N - 2, -1, -1):
+        U, below = ratio[i], Z[i + 1]
+        for a in range(6):
+            for b in range(6):
+                total = 0.0
+                for c in range(6):
+                    total += U[a, c] * below[c, b]
+                T[a, b] = total
+        for a in range(6):
+            for b in range(a, 6):
+                total = 0.0
+                for c in range(6):
+                    total += T[a, c] * U[b, c]
+                Z[i, a, b] += total
+                if a != b:
+                    Z[i, b, a] += total
+    return Z
+
+
+@njit(cache=True, fastmath={"reassoc", "contract"})
+def delassus(values: Floats, element: Ints, inverse: Floats, ratio: Floats) -> Floats:
+    """W = H A⁻¹ Hᵀ for rows with entries `values` (c, 12) at the nodes e, e + 1 of their elements (c) in rising order.
+
+    The columns of A⁻¹Hᵀ are carried up the chain together, from their own elements to its start: the other half of W is
+    its transpose.
+    """
+    c, N = len(values), len(inverse)
+    W = np.empty((c, c))
+    Z = diagonal_of_inverse(inverse, ratio)
+    here, below = np.zeros((6, c)), np.zeros((6, c))
+    # Columns stand in falling order: those that have begun come first.
+    begun, row = 0, c - 1
+    for i in range(N - 2, -1, -1):
+        U, X, last = ratio[i], inverse[i], Z[i + 1]
+        for a in range(6):
+            line = here[a]
+            line[:begun] = 0.0
+            for b in range(6):
+                f, other = U[a, b], below[b]
+                for j in range(begun):
+                    line[j] -= f * other[j]
+        first = row
+        while row >= 0 and element[row] == i:
+            h, j = values[row], c - 1 - row
+            for a in range(6):
+                total = 0.0
+                for b in range(6):
+                    w = h[6 + b]
+                    for k in range(6):
+                        w -= U[k, b] * h[k]
+                    total += last[a, b] * w
+                below[a, j] = total
+            for a in range(6):
+                total = 0.0
+                for b in range(6):
+                    total += X[a, b] * h[b] - U[a, b] * below[b, j]
+                here[a, j] = total
+            row -= 1
+        begun = c - 1 - row
+        for r in range(first, row, -1):
+            line = W[r]
+            line[r:] = 0.0
+            for a in range(6):
+                f, g = values[r, a], values[r, 6 + a]
+                one, two = here[a], below[a]
+                # column j stands for row c − 1 − j ≥ r
+                for j in range(c - r):
+                    line[c - 1 - j] += f * one[j] + g * two[j]
+        here, below = below, here
+    for i in range(c):
+        for j in range(i):
+            W[i, j] = W[j, i]
+    return W

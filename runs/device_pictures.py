@@ -1,0 +1,494 @@
+"""Pictures of devices in vessels: stills and animations of a record with beams; pyvista is loaded only here, on demand.
+
+Every obstacle is drawn as the zero level of its potential, so that what is seen is what the contacts are detected on.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+from scipy.spatial import cKDTree
+
+from contact.record import RecordReader
+from contact.surfaces import Surface
+from runs.pictures import BLUE, GREY, VERMILLION, Floats, Ints
+from runs.plot import DPI, Frame, footer, new_figure, title
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+WIDTH = 10.7
+"""Of a still [in]: 1600 pixels."""
+
+FRAMES, PER_SECOND = 150, 15
+"""Of an animation, at most, and how many it shows a second."""
+
+FINE, COARSE = 900, 280
+"""The wall's grid resolves the smallest vessel in sight by four cells a radius, between these parts of the diagonal."""
+
+COLOURS, STEEL, WALL = "plasma", "#4C5A69", np.array([0.80, 0.42, 0.38])
+
+CORNERS = np.array([[i, j, k] for k in (0, 1) for j in (0, 1) for i in (0, 1)])
+"""Corners of a cell in the order of VTK's voxel."""
+
+
+class Wall(NamedTuple):
+    """Triangles (m, 3) of the zero level of a potential: points and unit normals to the allowed side, (n, 3)."""
+
+    points: Floats
+    normals: Floats
+    triangles: Ints
+
+
+class View(NamedTuple):
+    """A parallel projection: unit vectors to the right, upwards and to the eye, and what it shows [m]."""
+
+    right: Floats
+    up: Floats
+    eye: Floats
+    centre: Floats
+    width: float
+    height: float
+
+
+@dataclass(frozen=True, eq=False)
+class Sight:
+    """What all pictures of a record have in common.
+
+    Attributes
+    ----------
+    walls : list of Wall
+    views : the front and the side
+    size : diagonal of what is looked at [m]
+    top : contact force at the end of the colours [N]
+    """
+
+    walls: list[Wall]
+    views: tuple[View, View]
+    size: float
+    top: float
+
+
+def wall_of(surface: Surface, low: Floats, high: Floats, spacing: float) -> Wall:
+    """The zero level of a surface's potential in the box from `low` to `high` by marching cubes of side `spacing` [m].
+
+    Cells four times as large are divided twice, after those are left out that the surface's bound of the distance
+    excludes: time and memory grow with the area of the wall. Three Newton steps along ∇g bring the points onto it.
+    """
+    import pyvista
+
+    pyvista.vtk_verbosity("off")
+    count = np.maximum(np.ceil((high - low) / (4 * spacing)).astype(np.int64), 1)
+    cells = np.stack(np.meshgrid(*(np.arange(n) for n in count), indexing="ij"), axis=-1).reshape(-1, 3)
+    for parts in (4, 2, 1):
+        side = parts * spacing
+        near = np.abs(surface.lower_bound(low + (cells + 0.5) * side)) <= np.sqrt(0.75) * side
+        cells = cells[near]
+        if parts > 1:
+            cells = (2 * cells[:, None] + CORNERS).reshape(-1, 3)
+    strides = np.cumprod([1, *(4 * count[:2] + 1)])
+    keys, corner = np.unique((cells[:, None] + CORNERS) @ strides, return_inverse=True)
+    corner = corner.reshape(-1, 8)
+    index = np.stack(np.unravel_index(keys, 4 * count + 1, order="F"), axis=1)
+    points = low + index * spacing
+    g = surface.potential(points)
+    crossed = (g[corner] > 0).any(axis=1) & (g[corner] <= 0).any(axis=1)
+    if not crossed.any():
+        return Wall(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64))
+    grid = pyvista.UnstructuredGrid({pyvista.CellType.VOXEL: corner[crossed]}, points)
+    level = grid.contour([0.0], scalars=g)
+    x = np.asarray(level.points, dtype=float)
+    for _ in range(3):
+        g, n = surface.potential(x), surface.gradient(x)
+        step = -(g / np.maximum((n**2).sum(axis=1), 1e-300))[:, None] * n
+        x += step * np.minimum(1.0, 0.5 * spacing / np.maximum(np.linalg.norm(step, axis=1), 1e-300))[:, None]
+    n = surface.gradient(x)
+    return Wall(x, n / np.linalg.norm(n, axis=1)[:, None], level.regular_faces)
+
+
+def beams_of(frame: Frame) -> list[Ints]:
+    """The nodes of each beam, from end to end."""
+    grid, radius = frame.bodies.grid, frame.point_data["radius"]
+    lines = np.flatnonzero(grid.types == 3)
+    pairs = grid.connectivity[grid.offsets[lines][:, None] + [0, 1]]
+    pairs, body = pairs[radius[pairs[:, 0]] > 0], grid.body[lines][radius[pairs[:, 0]] > 0]
+    return [np.append(pairs[body == b, 0], pairs[body == b, 1][-1]) for b in np.unique(body)]
+
+
+def smooth(x: Floats, r: Floats, parts: int = 6) -> tuple[Floats, Floats]:
+    """A cubic spline through the nodes x (n, 3) of a beam, `parts` pieces an element, and the radius along it."""
+    s = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(x, axis=0), axis=1)))
+    at = np.interp(np.arange(parts * (len(x) - 1) + 1) / parts, np.arange(len(x)), s)
+    return np.asarray(CubicSpline(s, x)(at)), np.interp(at, s, r)
+
+
+def focus(x: Floats, r: Floats) -> Floats:
+    """The nodes of a beam to look at: of a straight stretch behind it, only a third of the size of the others."""
+    t = (x[1] - x[0]) / np.linalg.norm(x[1] - x[0])
+    along = (x - x[0]) @ t
+    bent = np.linalg.norm(x - x[0] - along[:, None] * t, axis=1) > 4 * r
+    if not bent.any():
+        return x
+    first = int(np.argmax(bent))
+    size = np.linalg.norm(np.ptp(x[first:], axis=0))
+    return x[(np.arange(len(x)) >= first) | (along > along[first] - size / 3)]
+
+
+def sight_of(frame: Frame, surfaces: Sequence[Surface], top: float) -> Sight:
+    """What pictures of a record show when they are to show this step."""
+    x, r = frame.bodies.positions, frame.point_data["radius"]
+    seen = np.concatenate([focus(x[beam], r[beam]) for beam in beams_of(frame)])
+    extent = float(np.linalg.norm(np.ptp(seen, axis=0)))
+    low, high = seen.min(axis=0) - 0.45 * extent, seen.max(axis=0) + 0.45 * extent
+    size = float(np.linalg.norm(high - low))
+    walls = [wall_of(surface, low, high, _spacing(surface, low, high, size)) for surface in surfaces]
+    shown = [seen - 2 * r.max(), seen + 2 * r.max()]
+    tree = cKDTree(seen)
+    for wall in walls:
+        if len(wall.points):
+            # The wall about the device is in the picture, and as much again of what comes behind it.
+            gap = cKDTree(wall.points).query(seen)[0].max()
+            shown.append(wall.points[tree.query(wall.points)[0] < 1.5 * gap])
+    return Sight(walls, views_of(np.concatenate(shown)), extent, top)
+
+
+def _surfaces(frame: Frame) -> list[Surface]:
+    """The scene's obstacles; none, and a line that says so, where their file is missing."""
+    try:
+        return [surface for surface, _ in frame.obstacles()]
+    except FileNotFoundError as error:
+        print(f"signorini: {error}: drawn without the wall", file=sys.stderr)
+        return []
+
+
+def _spacing(surface: Surface, low: Floats, high: Floats, size: float) -> float:
+    """A quarter of the radius of the thinnest segment in the box, between the bounds of the resolution [m]."""
+    segments = getattr(surface, "segments", np.zeros((0, 8)))
+    inside = ((segments[:, :3] > low) & (segments[:, :3] < high)).all(axis=1)
+    thinnest = float(segments[inside, 6:8].min(initial=np.inf)) if segments.shape[1] == 8 else np.inf
+    return float(np.clip(thinnest / 4, size / FINE, size / COARSE))
+
+
+def views_of(x: Floats) -> tuple[View, View]:
+    """The front, on the side where points x (n, 3) are flattest, and the side, at one scale; both a little from above."""
+    extent = np.ptp(x, axis=0)
+    across = int(np.argmin(extent))
+    up, towards = np.eye(3)[2 if across < 2 else 1], np.eye(3)[across]
+    # Right, up and towards the eye are a right-handed system, with positive coordinates to the right in front.
+    front = np.array([0, -1, 0]) if across == 1 else towards
+    side = np.cross(up, front)
+    frames = []
+    for eye in (front + 0.35 * side, side - 0.35 * front):
+        eye = eye / np.linalg.norm(eye) + 0.36 * up
+        eye /= np.linalg.norm(eye)
+        right = np.cross(up, eye) / np.linalg.norm(np.cross(up, eye))
+        frames.append(np.stack([right, np.cross(eye, right), eye]))
+    low, high = (np.stack([f(x @ axes.T, axis=0) for axes in frames]) for f in (np.min, np.max))
+    width, height = 1.06 * (high - low)[:, 0], 1.06 * float((high - low)[:, 1].max())
+    # Neither a strip nor a tower.
+    height = max(height, float(width.sum()) / 3.2)
+    width *= max(1.0, 1.5 * height / float(width.sum()))
+    centres = (low + high) / 2
+    one, two = (View(*f, c @ f, float(w), height) for f, c, w in zip(frames, centres, width, strict=True))
+    return one, two
+
+
+class Stage:
+    """A view of a record's walls, rendered off screen; devices and contacts come and go with `shot`. Close it.
+
+    Raises
+    ------
+    OSError
+        where VTK finds nothing to render with.
+    """
+
+    def __init__(self, sight: Sight, view: View, pixels: float) -> None:
+        import pyvista
+
+        pyvista.vtk_verbosity("off")
+        self.sight, self.view = sight, view
+        size = round(view.width * pixels), round(view.height * pixels)
+        self.plotter: Any = pyvista.Plotter(off_screen=True, window_size=size, lighting="light kit")
+        if not self.plotter.render_window.SupportsOpenGL():
+            raise OSError("pictures of devices need OpenGL: VTK found neither a display nor EGL or OSMesa")
+        self.plotter.set_background("white")
+        self.plotter.enable_depth_peeling(8)
+        for wall in sight.walls:
+            if len(wall.points):
+                mesh = pyvista.PolyData.from_regular_faces(wall.points, wall.triangles)
+                mesh.point_data.active_normals = wall.normals
+                # Like glass: opaque where the wall is seen edgeways.
+                steep = 1 - np.abs(wall.normals @ view.eye)
+                mesh["colour"] = np.column_stack([np.tile(WALL, (len(steep), 1)), 0.07 + 0.5 * steep**3])
+                self.plotter.add_mesh(mesh, scalars="colour", rgb=True, smooth_shading=True, specular=0.2)
+        self.plotter.camera.parallel_projection = True
+        self.plotter.camera.focal_point = view.centre
+        self.plotter.camera.position = view.centre + 2 * sight.size * view.eye
+        self.plotter.camera.up = view.up
+        self.plotter.camera.parallel_scale = view.height / 2
+        self.plotter.camera.clipping_range = (0.01 * sight.size, 4 * sight.size)
+
+    def shot(self, frame: Frame) -> NDArray[np.uint8]:
+        """The step as an image (h, w, 3)."""
+        import pyvista
+
+        x, radius = frame.bodies.positions, frame.point_data["radius"]
+        for number, beam in enumerate(beams_of(frame)):
+            points, r = smooth(x[beam], radius[beam])
+            line = pyvista.MultipleLines(points)
+            line["radius"] = r
+            tube = line.tube(scalars="radius", absolute=True, n_sides=20, capping=True)
+            self.plotter.add_mesh(
+                tube, name=f"device {number}", color=STEEL, smooth_shading=True, specular=0.6, specular_power=20,
+                reset_camera=False,
+            )  # fmt: skip
+        self.plotter.remove_actor(["planes", "points"], reset_camera=False)
+        active = frame.contact["lambda"] > 0
+        if active.any():
+            contacts = pyvista.PolyData(frame.contact["point"][active])
+            contacts["normal"], contacts["force"] = frame.contact["normal"][active], frame.contact["lambda"][active]
+            disc = max(2 * float(radius.max()), 0.012 * self.sight.size)
+            plane = pyvista.Disc(inner=0, outer=disc, normal=(1, 0, 0), r_res=1, c_res=32)
+            planes = contacts.glyph(orient="normal", scale=False, geom=plane)
+            points = contacts.glyph(orient=False, scale=False, geom=pyvista.Sphere(0.4 * disc))
+            self.plotter.add_mesh(planes, name="planes", color="white", ambient=0.5, opacity=0.85, reset_camera=False)
+            self.plotter.add_mesh(
+                points, name="points", scalars="force", cmap=COLOURS, clim=(0, self.sight.top), show_scalar_bar=False,
+                smooth_shading=True, ambient=0.35, reset_camera=False,
+            )  # fmt: skip
+        image: NDArray[np.uint8] = self.plotter.screenshot(return_img=True)
+        return image
+
+    def __enter__(self) -> Stage:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.plotter.close()
+
+
+def device_figure(path_record: str | os.PathLike[str], step: int = -1) -> Figure:
+    """The scene from two sides with its contacts, and below it forces, contacts and times over all steps.
+
+    Parameters
+    ----------
+    path_record : path-like
+    step : int
+        Counted from 0, or from the end if negative.
+
+    Raises
+    ------
+    ImportError
+        where pyvista or matplotlib is missing.
+    ValueError
+        where the record or the step is not there.
+    OSError
+        where VTK finds nothing to render with.
+    """
+    _need_pyvista()
+    frame = Frame.read(path_record, step)
+    history = History.read(path_record)
+    lam = frame.contact["lambda"]
+    surfaces = _surfaces(frame)
+    sight = sight_of(frame, surfaces, float(np.quantile(lam[lam > 0], 0.95)) if (lam > 0).any() else 1.0)
+    widths = [view.width for view in sight.views]
+    tall = WIDTH * sight.views[0].height / sum(widths)
+    figure = new_figure((WIDTH, tall + 3.4))
+    places = figure.add_gridspec(2, 1, height_ratios=(tall + 0.7, 2.3))
+    above = places[0].subgridspec(1, 2, width_ratios=widths, wspace=0.02)
+    axes = []
+    for i, view in enumerate(sight.views):
+        with Stage(sight, view, 1.5 * DPI * WIDTH / sum(widths)) as stage:
+            image = stage.shot(frame)
+        axes.append(figure.add_subplot(above[i]))
+        _draw_view(axes[-1], image, view)
+    _draw_colours(figure, axes, sight.top, lam.max(initial=0.0) > sight.top)
+    below = places[1].subgridspec(1, 4)
+    _draw_history([figure.add_subplot(below[i]) for i in range(4)], history, float(frame.row["time"]))
+    figure.suptitle(title(frame), fontsize=12, color="black" if frame.row["converged"] else VERMILLION)
+    figure.supxlabel(footer(frame), fontsize=7.5, color="0.3")
+    return figure
+
+
+def animate(path_record: str | os.PathLike[str], path_movie: str | os.PathLike[str]) -> None:
+    """The scene in front over all steps, thinned to `FRAMES`: a .gif, or an .mp4 where imageio-ffmpeg is installed.
+
+    Raises
+    ------
+    ImportError, ValueError, OSError
+        as `device_figure`, and where the ending is another or what writes it is missing.
+    """
+    import matplotlib
+
+    _need_pyvista()
+    writer = _writer(Path(path_movie))
+    history = History.read(path_record)
+    last = Frame.read(path_record, -1)
+    sight = sight_of(last, _surfaces(last), history.top)
+    view = sight.views[0]
+    tall = 8.0 * view.height / view.width
+    figure = new_figure((8.0, min(tall, 7.0) + 1.9))
+    places = figure.add_gridspec(2, 1, height_ratios=(min(tall, 7.0) + 0.6, 1.3))
+    axes, below = figure.add_subplot(places[0]), figure.add_subplot(places[1])
+    steps = np.unique(np.linspace(0, len(history.time) - 1, FRAMES).round().astype(int))
+    with Stage(sight, view, 110 * 8.0 / view.width) as stage:
+        shown = _draw_view(axes, stage.shot(last), view)
+        _draw_colours(figure, [axes], sight.top, history.largest.max(initial=0.0) > sight.top)
+        _draw_contacts(below, history)
+        below.set_xlabel("time t [s]")
+        below.legend(fontsize=8, loc="upper left")
+        now = below.axvline(float(last.row["time"]), color="black", linewidth=0.8)
+        heading = figure.suptitle(title(last), fontsize=11)
+        with writer.saving(figure, os.fspath(path_movie), 100):
+            for step in steps:
+                frame = Frame.read(path_record, int(step))
+                shown.set_data(stage.shot(frame))
+                now.set_xdata([frame.row["time"]] * 2)
+                heading.set_text(title(frame))
+                writer.grab_frame()
+
+
+@dataclass(frozen=True, eq=False)
+class History:
+    """All steps of a record, (steps,).
+
+    Attributes
+    ----------
+    time, seconds : of the step's end in the scene [s], and of its computation
+    total, largest : Σλ and max λ [N]
+    candidates, active, passes, substeps : numbers
+    top : what 98 % of the contact forces of all steps do not exceed [N]
+    """
+
+    time: Floats
+    seconds: Floats
+    total: Floats
+    largest: Floats
+    candidates: Ints
+    active: Ints
+    passes: Ints
+    substeps: Ints
+    top: float
+
+    @classmethod
+    def read(cls, path: str | os.PathLike[str]) -> History:
+        """From a record's ``/steps`` and ``/contact``."""
+        with RecordReader(path) as record:
+            rows = record.steps()
+            lam = np.concatenate([np.zeros(0), *record.slabs("/contact/lambda")])
+            ends = np.concatenate([*record.slabs("/contact/offsets")])
+        step = np.repeat(np.arange(record.count), np.diff(ends))
+        largest = np.zeros(record.count)
+        np.maximum.at(largest, step, lam)
+        return cls(
+            rows["time"], rows["seconds/total"], np.bincount(step, lam, record.count), largest, rows["contacts"],
+            rows["active"], rows["passes"], rows["substeps"],
+            float(np.quantile(lam[lam > 0], 0.98)) if (lam > 0).any() else 1.0,
+        )  # fmt: skip
+
+
+def _draw_view(axes: Any, image: NDArray[np.uint8], view: View) -> Any:
+    """The image with a scale bar and the directions of the axes."""
+    w, h = view.width, view.height
+    axes.set_axis_off()
+    shown = axes.imshow(image, extent=(0, w, 0, h), interpolation="antialiased")
+    length = _round(0.25 * w)
+    at = np.array([0.04 * w, 0.035 * h])
+    axes.plot([at[0], at[0] + length], [at[1]] * 2, color="black", linewidth=2.5, solid_capstyle="butt")
+    axes.annotate(
+        f"{1e3 * length:g} mm", at + [length / 2, 0], (0, 4), textcoords="offset points", ha="center", fontsize=9
+    )
+    arm, foot = 0.06 * h, at + [0.03 * h, 0.17 * h]
+    for name, e in zip("xyz", np.column_stack([view.right, view.up]), strict=True):
+        tip = foot + arm * e
+        axes.annotate("", tip, foot, arrowprops={"arrowstyle": "-|>", "color": "black", "linewidth": 0.9, "shrinkA": 0})
+        if np.linalg.norm(e) > 0.25:
+            axes.text(*(foot + arm * e * (1 + 0.35 / np.linalg.norm(e))), name, ha="center", va="center", fontsize=9)
+    axes.set(xlim=(0, w), ylim=(0, h))
+    return shown
+
+
+def _round(length: float) -> float:
+    """The largest of 1, 2, 5 times a power of ten that is not above `length`."""
+    power = 10.0 ** np.floor(np.log10(length))
+    return float(power * max(digit for digit in (1, 2, 5) if digit * power <= length * (1 + 1e-12)))
+
+
+def _draw_colours(figure: Figure, axes: list[Any], top: float, more: bool) -> None:
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    factor, unit = _unit(top)
+    colours = ScalarMappable(Normalize(0, top * factor), COLOURS)
+    figure.colorbar(
+        colours, ax=axes, label=f"contact force λ [{unit}]", shrink=0.7, aspect=30, pad=0.01,
+        extend="max" if more else "neither",
+    )  # fmt: skip
+
+
+def _unit(force: float) -> tuple[float, str]:
+    """The factor and the unit in which a force [N] reads best."""
+    power = int(np.clip(-np.floor(np.log10(max(force, 1e-300)) / 3), 0, 3))
+    return 10.0 ** (3 * power), ("N", "mN", "µN", "nN")[power]
+
+
+def _draw_history(axes: list[Any], history: History, time: float) -> None:
+    factor, unit = _unit(float(history.total.max(initial=0.0)))
+    axes[0].plot(history.time, factor * history.total, color=BLUE, linewidth=1, label="sum")
+    axes[0].plot(history.time, factor * history.largest, color=VERMILLION, linewidth=1, label="largest")
+    axes[0].set_title(f"contact force [{unit}]", fontsize=9)
+    _draw_contacts(axes[1], history)
+    axes[2].plot(history.time, history.passes, ".", color=BLUE, markersize=3, label="passes")
+    axes[2].plot(history.time, history.substeps, ".", color=VERMILLION, markersize=3, label="substeps")
+    axes[2].set_title("a step's passes and substeps", fontsize=9)
+    axes[2].set_ylim(bottom=0)
+    axes[3].plot(history.time, 1e3 * history.seconds, ".", color=BLUE, markersize=3)
+    median = 1e3 * float(np.median(history.seconds))
+    axes[3].axhline(median, color=VERMILLION, linewidth=1, label=f"median {median:.3g} ms")
+    axes[3].set_yscale("log")
+    axes[3].set_title("computing time of a step [ms]", fontsize=9)
+    for panel in axes:
+        panel.axvline(time, color="black", linewidth=0.7, zorder=0)
+        panel.set_xlabel("time t [s]", fontsize=8)
+        panel.tick_params(labelsize=8)
+        panel.grid(alpha=0.3)
+        panel.legend(fontsize=7, framealpha=0.6)
+
+
+def _draw_contacts(axes: Any, history: History) -> None:
+    axes.plot(history.time, history.candidates, color=GREY, linewidth=1, label="candidates")
+    axes.plot(history.time, history.active, color=BLUE, linewidth=1, label="with force")
+    axes.set_title("contacts", fontsize=9)
+    axes.set_ylim(bottom=0)
+
+
+def _writer(path: Path) -> Any:
+    """What writes frames to a file of this ending."""
+    from matplotlib import animation, rcParams
+
+    if path.suffix == ".gif":
+        return animation.PillowWriter(fps=PER_SECOND)
+    try:
+        import imageio_ffmpeg
+    except ImportError:
+        raise ImportError(
+            f"{path}: an .mp4 needs imageio-ffmpeg: pip install imageio-ffmpeg, or write a .gif"
+        ) from None
+    rcParams["animation.ffmpeg_path"] = imageio_ffmpeg.get_ffmpeg_exe()
+    return animation.FFMpegWriter(fps=PER_SECOND)
+
+
+def _need_pyvista() -> None:
+    try:
+        import pyvista
+    except ImportError:
+        raise ImportError("pictures of devices need pyvista: pip install 'signorini[plot]'") from None
+    # Without a display VTK complains before it finds EGL or OSMesa.
+    pyvista.vtk_verbosity("off")

@@ -1,0 +1,201 @@
+"""Beams without contact: a circle, a bend in space, Euler's load and the tip of an elastica."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from contact.system import System
+from fem import beam_element
+from fem.beam import Beam
+from validation.case import Parameter, Quantity, Run, case
+from validation.exact.elastica import CantileverElastica, rolled_tip
+from validation.exact.rods import euler_load
+from validation.exact.spatial_rod import ArcRod
+
+Floats = NDArray[np.float64]
+STIFF = 1e9  # EA L²/EI of beams that do not stretch
+
+
+def elements(*counts: int) -> Callable[[dict[str, Parameter]], tuple[float, ...]]:
+    """Levels with so many elements over L."""
+    return lambda parameters: tuple(float(parameters["L"]) / n for n in counts)
+
+
+def count(run: Run) -> int:
+    """The number of elements at a run's level."""
+    return max(2, round(run["L"] / run.h))
+
+
+def rod(run: Run, radius: float, **table: Any) -> dict[str, Any]:
+    """The table of a beam of length L with EI, that does not stretch; GJ = EI where the case has none."""
+    EI, L = run["EI"], run["L"]
+    section = {
+        "length": L,
+        "elements": count(run),
+        "radius": radius,
+        "EA": STIFF * EI / L**2,
+        "GJ": run.parameters.get("GJ", EI),
+        "EI": EI,
+    }
+    section |= table.pop("section", {})
+    return {"name": "beam", "kind": "beam", "sections": [section], **table}
+
+
+def planar(run: Run, *supports: dict[str, Any]) -> list[dict[str, Any]]:
+    """Supports of a beam that stays in the plane x, y: beside `supports`, all nodes held in z, rx and ry."""
+    nodes = np.linspace(0.0, run["L"], count(run) + 1)
+    return [*supports, *({"at": float(s), "hold": ["z", "rx", "ry"]} for s in nodes)]
+
+
+def beam_of(system: System) -> Beam:
+    """The one beam of a case's system."""
+    (beam,) = system.bodies
+    assert isinstance(beam, Beam)
+    return beam
+
+
+def tangent(beam: Beam) -> Floats:
+    """The iteration matrix about the present state on the unknowns that nothing prescribes, dense."""
+    beam.renew()
+    beam.assemble()
+    free = np.flatnonzero(~beam.fixed).astype(np.int32)
+    A: Floats = beam.A.getValues(free, free)
+    return A
+
+
+def _nothing(system: System, accepted: Any) -> None:
+    """A march that is not watched."""
+
+
+@case(
+    "circle",
+    {"EI": 1.0, "L": 1.0},
+    levels=elements(10, 20, 40, 80),
+    orders=(1,),
+    rates={"diameter": {1: (4.0, 0.1)}},
+)
+def circle(run: Run) -> list[Quantity]:
+    """A cantilever rolled into a circle by the end moment 2πEI/L: equal elements close it, its diameter converges."""
+    M = 2 * np.pi * run["EI"] / run["L"]
+    load = {"kind": "point", "at": "end", "moment": [0.0, 0.0, f"{M!r} * t"]}
+    beam = rod(run, 0.0, supports=[{"at": "start"}], loads=[load])
+    tip = beam_of(run.march(_nothing, body=[beam], time={"steps": 10}).system)
+    x, y, turn = rolled_tip(EI=run["EI"], L=run["L"], M=M)
+    gap = float(np.hypot(*(tip.x[-1, :2] - [x, y])) / run["L"])
+    half = count(run) // 2
+    width = float(np.linalg.norm(tip.x[half] - tip.x[0]))
+    exact = run["L"] / np.pi * np.sin(np.pi * half / count(run))
+    _, psi = beam_element.strains(tip.edges, tip.R)
+    limit = 1e-3 * max(1.0, 20 * run.h / run["L"]) ** 4
+    return [
+        Quantity("gap", gap, 0.0, limit),
+        Quantity("diameter", width, exact, limit),
+        Quantity("tip_angle", psi[:, 2].sum(), turn, 1e-8),
+        Quantity("clamp_moment", -tip.reactions()[0, 5], M, 1e-8),
+    ]
+
+
+@case(
+    "bend-45",
+    {"P": 600.0, "E": 1e7, "R": 100.0},
+    levels=lambda p: tuple(float(p["R"]) * np.pi / 4 / n for n in (4, 8, 16, 32)),
+    variants=({}, {"P": 300.0}),
+    orders=(1,),
+    rates={"tip_deviation": {1: (4.0, 0.2)}},
+)
+def bend_45(run: Run) -> list[Quantity]:
+    """Bathe and Bolourchi's 45° bend, unit square section, a dead tip force P out of its plane; GA infinite here."""
+    exact = replace(ArcRod.bathe_bolourchi(**run.values("P", "E", "R")), GA=np.inf)
+    n = max(2, round(exact.L / run.h))
+    section = {
+        "length": exact.L,
+        "elements": n,
+        "shape": {"kind": "arc", "radius": exact.R},
+        "radius": 0.0,
+        "EA": exact.EA,
+        "GJ": exact.GJ,
+        "EI": exact.EI,
+    }
+    beam = {
+        "name": "beam",
+        "kind": "beam",
+        "sections": [section],
+        "placement": {"direction": [0.0, 1.0, 0.0]},
+        "supports": [{"at": "start"}],
+        "loads": [{"kind": "point", "at": "end", "value": [0.0, 0.0, f"{run['P']!r} * t"]}],
+    }
+    solved = beam_of(run.march(_nothing, body=[beam], time={"steps": 6}).system)
+    tip, limit = solved.x[-1], 1e-3 * max(1.0, 32 * run.h / exact.L) ** 4
+    return [
+        *[Quantity(f"tip_{name}", tip[i], exact.tip[i], limit) for i, name in enumerate("xyz")],
+        Quantity("tip_deviation", float(np.linalg.norm(tip - exact.tip) / exact.L), 0.0, limit),
+    ]
+
+
+HALF_WAVES = {"pinned": 1.0, "clamped": 2.0, "cantilever": 0.5}
+
+
+def _levels(parameters: dict[str, Parameter]) -> tuple[float, ...]:
+    """The same numbers of elements over a half wave, whatever the ends."""
+    waves = HALF_WAVES.get(str(parameters["ends"]), 1.0)
+    return elements(*(round(n * waves) for n in (4, 8, 16, 24)))(parameters)
+
+
+@case(
+    "euler-load",
+    {"EI": 1.0, "L": 1.0, "ends": "pinned"},
+    levels=_levels,
+    variants=({}, {"ends": "cantilever"}, {"ends": "clamped"}),
+    orders=(1,),
+    rates={"P": {1: (4.0, 0.1)}},
+)
+def euler(run: Run) -> list[Quantity]:
+    """The load P at which a column's tangent matrix becomes singular, ends pinned, clamped, or a cantilever."""
+    exact = euler_load(**run.values("EI", "L", "ends"))
+    pinned = {"at": "start", "hold": ["x", "y", "z", "rx"]}, {"at": "end", "hold": ["y", "z"]}
+    clamped = {"at": "start"}, {"at": "end", "hold": ["y", "z", "rx", "ry", "rz"]}
+    supports = {"pinned": pinned, "clamped": clamped, "cantilever": clamped[:1]}[run["ends"]]
+
+    # The smallest eigenvalue has the round-off of the largest, that of EA.
+    soft = {"EA": 0.1 * STIFF * run["EI"] / run["L"] ** 2}
+
+    def smallest(P: float) -> float:
+        run.close()
+        load = {"kind": "point", "at": "end", "value": [-P, 0.0, 0.0]}
+        beam = rod(run, 0.0, section=soft, supports=list(supports), loads=[load])
+        return float(np.linalg.eigvalsh(tangent(beam_of(run.solve(body=[beam]).system)))[0])
+
+    P = brentq(smallest, 0.5 * exact, 1.5 * exact, rtol=1e-10)
+    return [Quantity("P", P, exact, 1e-3 * max(1.0, 8 * HALF_WAVES[run["ends"]] * run.h / run["L"]) ** 4)]
+
+
+@case(
+    "elastica-tip",
+    {"EI": 1.0, "L": 1.0, "P": 10.0, "omega": np.pi / 2},
+    levels=elements(4, 8, 16, 32),
+    orders=(1,),
+    rates={"tip_deviation": {1: (4.0, 0.2)}},
+)
+def elastica_tip(run: Run) -> list[Quantity]:
+    """A cantilever under a dead tip force P at the angle ω [rad] to its axis."""
+    exact = CantileverElastica(**run.values("EI", "L", "P", "omega"))
+    force = run["P"] * np.array([np.cos(run["omega"]), np.sin(run["omega"])])
+    load = {"kind": "point", "at": "end", "value": [f"{float(f)!r} * t" for f in force] + [0.0]}
+    supports = planar(run, {"at": "start"})
+    solved = run.march(_nothing, body=[rod(run, 0.0, supports=supports, loads=[load])], time={"steps": 10})
+    beam = beam_of(solved.system)
+    limit = 1e-3 * max(1.0, 10 * run.h / run["L"]) ** 4
+    _, psi = beam_element.strains(beam.edges, beam.R)
+    return [
+        Quantity("tip_x", beam.x[-1, 0], exact.tip[0], limit),
+        Quantity("tip_y", beam.x[-1, 1], exact.tip[1], limit),
+        Quantity("tip_deviation", float(np.hypot(*(beam.x[-1, :2] - exact.tip)) / run["L"]), 0.0, limit),
+        Quantity("tip_angle", psi[:, 2].sum(), exact.tip_angle, limit),
+        Quantity("clamp_moment", -beam.reactions()[0, 5], exact.clamp_moment, limit),
+    ]
