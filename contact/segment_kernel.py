@@ -2,7 +2,7 @@
 
 ∫e³/r ds over the part of a segment where e = 1 − |x − a|²/(k r)² > 0: one interval, as |x − a(s)| − k r(s) is convex.
 There Gauss and Legendre's rule with 4 points is the closed form where r is constant, the integrand being a polynomial
-of degree 6; `pieces` divides tapered segments until its error is below 1e-6 of F. Boundary terms vanish with e, so that
+of degree 6; `pieces` divides tapered segments until its error is near 1e-8 of F. Boundary terms vanish with e, so that
 derivatives go under the integral.
 """
 
@@ -19,7 +19,7 @@ Terms = tuple[float, float, float, float, float, float, float, float, float, flo
 # Segments of a chain come in blocks of as many as a processor adds at once; empty ones fill them up.
 BLOCK = 4
 COLUMNS = 10
-QUADRATURE = 1e-6
+QUADRATURE = 1e-8
 _RULE = np.polynomial.legendre.leggauss(4)
 NODES, WEIGHTS = (_RULE[0] + 1) / 2, _RULE[1] / 2
 

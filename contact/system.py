@@ -331,10 +331,12 @@ class System:
 def _join(body: Body, parts: list[Constraints]) -> Rows:
     """The rows of all parts on one body."""
     given = [part.H.get(body) for part in parts]
-    sample = next((rows for rows in given if rows is not None), SparseRows(sp.csr_array((0, body.space.owned))))
+    sample = next((rows for rows in given if rows is not None), None)
+    if sample is None:
+        return SparseRows(sp.csr_array((sum(part.count for part in parts), body.space.owned)))
     first, *others = [
         sample.blank(part.count) if rows is None else rows for rows, part in zip(given, parts, strict=True)
-    ] or [sample]
+    ]
     return first.join(others)
 
 

@@ -26,65 +26,69 @@ def integrate_triangles(
     plates: Floats, start: int, stop: int, weight: float, k: float, x: float, y: float, z: float
 ) -> Terms:
     """Σ weight/r² ∫e³ over plates[start:stop], rows of three corners and r, with its gradient and Hessian."""
-    total, out = 0.0, np.zeros(9)
+    f = fx = fy = fz = fxx = fxy = fxz = fyy = fyz = fzz = 0.0
     for m in range(start, stop):
-        d = plates[m]
-        r = d[9]
-        R2 = (k * r) ** 2
-        p = np.array([x, y, z])
-        n = np.cross(d[3:6] - d[:3], d[6:9] - d[:3])
-        n /= np.sqrt(n @ n)
-        height = (p - d[:3]) @ n
+        ux, uy, uz = plates[m, 3] - plates[m, 0], plates[m, 4] - plates[m, 1], plates[m, 5] - plates[m, 2]
+        vx, vy, vz = plates[m, 6] - plates[m, 0], plates[m, 7] - plates[m, 1], plates[m, 8] - plates[m, 2]
+        nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        size = np.sqrt(nx * nx + ny * ny + nz * nz)
+        nx, ny, nz = nx / size, ny / size, nz / size
+        height = (x - plates[m, 0]) * nx + (y - plates[m, 1]) * ny + (z - plates[m, 2]) * nz
+        R2 = (k * plates[m, 9]) ** 2
         c = R2 - height * height
         if c <= 0.0:
             continue
         J1 = J2 = J3 = 0.0
-        gradient, mixed, hessian = np.zeros(3), np.zeros(3), np.zeros((3, 3))
+        # Integrals over the edges of the kernel times the outward normal o, g; of its slope, o and (o offsetᵀ)
+        gx = gy = gz = hxx = hxy = hxz = hyy = hyz = hzz = ox = oy = oz = 0.0
         for i in range(3):
-            a = d[3 * i : 3 * i + 3] - p + height * n
-            j = (i + 1) % 3
-            b = d[3 * j : 3 * j + 3] - p + height * n
-            length = np.sqrt((b - a) @ (b - a))
-            t = (b - a) / length
-            out_of = np.cross(t, n)
-            away = a @ out_of
-            s0, s1 = a @ t, b @ t
-            half = c - away * away
+            p, q = 3 * i, 3 * ((i + 1) % 3)
+            ax, ay, az = plates[m, p] - x, plates[m, p + 1] - y, plates[m, p + 2] - z
+            tx, ty, tz = plates[m, q] - x - ax, plates[m, q + 1] - y - ay, plates[m, q + 2] - z - az
+            size = np.sqrt(tx * tx + ty * ty + tz * tz)
+            tx, ty, tz = tx / size, ty / size, tz / size
+            wx, wy, wz = ty * nz - tz * ny, tz * nx - tx * nz, tx * ny - ty * nx
+            away = ax * wx + ay * wy + az * wz
+            s0 = ax * tx + ay * ty + az * tz
+            s1 = s0 + size
             low, high = s0, s0
+            half = c - away * away
             if half > 0.0:
                 half = np.sqrt(half)
                 low, high = min(max(s0, -half), s1), max(min(s1, half), s0)
-            inner = 0.0
+            inner = E0 = E1 = E2 = 0.0
             if high > low:
                 inner = np.arctan2(high * away, away * away) - np.arctan2(low * away, away * away)
-                for q in range(4):
-                    s = low + (high - low) * NODES[q]
-                    w = WEIGHTS[q] * (high - low)
+                for j in range(4):
+                    s = low + (high - low) * NODES[j]
+                    w = WEIGHTS[j] * (high - low)
                     v = s * s + away * away
                     e = c - v
                     J1 -= away * w * (v - 2.0 * c) / 4.0
                     J2 -= away * w * (-v * v + 3.0 * c * v - 3.0 * c * c) / 6.0
                     J3 -= away * w * (v**3 - 4.0 * c * v * v + 6.0 * c * c * v - 4.0 * c**3) / 8.0
-                    offset = s * t + away * out_of
-                    gradient -= w * e**3 * out_of
-                    mixed += 6.0 * w * e * e * height * out_of
-                    for row in range(3):
-                        for column in range(3):
-                            hessian[row, column] -= 6.0 * w * e * e * out_of[row] * offset[column]
+                    E0 -= w * e**3
+                    E1 -= 6.0 * w * e * e
+                    E2 -= 6.0 * w * e * e * s
             angle = np.arctan2(s1 * away, away * away) - np.arctan2(s0 * away, away * away) - inner
             J1 += c**2 * angle / 4.0
             J2 += c**3 * angle / 6.0
             J3 += c**4 * angle / 8.0
-        unit = weight / (r * r * R2**3)
-        total += unit * J3
-        normal = -6.0 * height * J2
+            gx, gy, gz = gx + E0 * wx, gy + E0 * wy, gz + E0 * wz
+            ox, oy, oz = ox - height * E1 * wx, oy - height * E1 * wy, oz - height * E1 * wz
+            # The part along the plane of the offset of the edge's points: s t + away o
+            bx, by, bz = E2 * tx + away * E1 * wx, E2 * ty + away * E1 * wy, E2 * tz + away * E1 * wz
+            hxx, hxy, hxz = hxx + wx * bx, hxy + wx * by, hxz + wx * bz
+            hyy, hyz, hzz = hyy + wy * by, hyz + wy * bz, hzz + wz * bz
+        unit = weight / (plates[m, 9] ** 2 * R2**3)
+        slope = -6.0 * height * J2
         bend = -6.0 * J2 + 24.0 * height * height * J1
-        for row in range(3):
-            out[row] += unit * (gradient[row] + normal * n[row])
-        at = 3
-        for row in range(3):
-            for column in range(row, 3):
-                sides = n[row] * mixed[column] + n[column] * mixed[row]
-                out[at] += unit * (hessian[row, column] + sides + bend * n[row] * n[column])
-                at += 1
-    return total, out[0], out[1], out[2], out[3], out[4], out[5], out[6], out[7], out[8]
+        f += unit * J3
+        fx, fy, fz = fx + unit * (gx + slope * nx), fy + unit * (gy + slope * ny), fz + unit * (gz + slope * nz)
+        fxx += unit * (hxx + 2.0 * nx * ox + bend * nx * nx)
+        fxy += unit * (hxy + nx * oy + ny * ox + bend * nx * ny)
+        fxz += unit * (hxz + nx * oz + nz * ox + bend * nx * nz)
+        fyy += unit * (hyy + 2.0 * ny * oy + bend * ny * ny)
+        fyz += unit * (hyz + ny * oz + nz * oy + bend * ny * nz)
+        fzz += unit * (hzz + 2.0 * nz * oz + bend * nz * nz)
+    return f, fx, fy, fz, fxx, fxy, fxz, fyy, fyz, fzz

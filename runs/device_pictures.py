@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -131,15 +131,21 @@ def smooth(x: Floats, r: Floats, parts: int = 6) -> tuple[Floats, Floats]:
 
 
 def focus(x: Floats, r: Floats) -> Floats:
-    """The nodes of a beam to look at: of a straight stretch behind it, only a third of the size of the others."""
-    t = (x[1] - x[0]) / np.linalg.norm(x[1] - x[0])
-    along = (x - x[0]) @ t
-    bent = np.linalg.norm(x - x[0] - along[:, None] * t, axis=1) > 4 * r
-    if not bent.any():
-        return x
-    first = int(np.argmax(bent))
+    """The nodes of a beam to look at: of a straight stretch behind it (but for play) a third of its size."""
+    straight = [k for k in range(2, len(x)) if _off_chord(x[: k + 1]) < 2 * r[0]]
+    first = max(straight, default=0)
     size = np.linalg.norm(np.ptp(x[first:], axis=0))
-    return x[(np.arange(len(x)) >= first) | (along > along[first] - size / 3)]
+    if first == 0 or first == len(x) - 1:
+        return x
+    near = np.linalg.norm(x - x[first], axis=1) < size / 3
+    return x[(np.arange(len(x)) >= first) | near]
+
+
+def _off_chord(x: Floats) -> float:
+    """The largest distance of points from the line through the first and the last [m]."""
+    t = (x[-1] - x[0]) / np.linalg.norm(x[-1] - x[0])
+    away = x - x[0]
+    return float(np.linalg.norm(away - (away @ t)[:, None] * t, axis=1).max())
 
 
 def sight_of(frame: Frame, surfaces: Sequence[Surface], top: float) -> Sight:
@@ -178,7 +184,7 @@ def _spacing(surface: Surface, low: Floats, high: Floats, size: float) -> float:
 
 
 def views_of(x: Floats) -> tuple[View, View]:
-    """The front, on the side where points x (n, 3) are flattest, and the side, at one scale; both a little from above."""
+    """The front, where points x (n, 3) are flattest, and the side, at one scale; both are seen a little from above."""
     extent = np.ptp(x, axis=0)
     across = int(np.argmin(extent))
     up, towards = np.eye(3)[2 if across < 2 else 1], np.eye(3)[across]
@@ -227,8 +233,12 @@ class Stage:
                 mesh.point_data.active_normals = wall.normals
                 # Like glass: opaque where the wall is seen edgeways.
                 steep = 1 - np.abs(wall.normals @ view.eye)
-                mesh["colour"] = np.column_stack([np.tile(WALL, (len(steep), 1)), 0.07 + 0.5 * steep**3])
-                self.plotter.add_mesh(mesh, scalars="colour", rgb=True, smooth_shading=True, specular=0.2)
+                colour = np.column_stack([np.tile(WALL, (len(steep), 1)), 0.1 + 0.6 * steep**3])
+                mesh["colour"] = (255 * colour).astype(np.uint8)
+                actor = self.plotter.add_mesh(mesh, scalars="colour", rgb=True, ambient=0.2, specular=0.2)
+                # The normals are those of the potential; none are to be computed from the triangles.
+                actor.prop.interpolation = "phong"
+                actor.ForceTranslucentOn()
         self.plotter.camera.parallel_projection = True
         self.plotter.camera.focal_point = view.centre
         self.plotter.camera.position = view.centre + 2 * sight.size * view.eye
@@ -250,19 +260,23 @@ class Stage:
                 tube, name=f"device {number}", color=STEEL, smooth_shading=True, specular=0.6, specular_power=20,
                 reset_camera=False,
             )  # fmt: skip
-        self.plotter.remove_actor(["planes", "points"], reset_camera=False)
+        self.plotter.remove_actor(["planes", "rims", "points"], reset_camera=False)
         active = frame.contact["lambda"] > 0
         if active.any():
             contacts = pyvista.PolyData(frame.contact["point"][active])
             contacts["normal"], contacts["force"] = frame.contact["normal"][active], frame.contact["lambda"][active]
             disc = max(2 * float(radius.max()), 0.012 * self.sight.size)
             plane = pyvista.Disc(inner=0, outer=disc, normal=(1, 0, 0), r_res=1, c_res=32)
-            planes = contacts.glyph(orient="normal", scale=False, geom=plane)
-            points = contacts.glyph(orient=False, scale=False, geom=pyvista.Sphere(0.4 * disc))
-            self.plotter.add_mesh(planes, name="planes", color="white", ambient=0.5, opacity=0.85, reset_camera=False)
+            rim = pyvista.Disc(inner=0.93 * disc, outer=disc, normal=(1, 0, 0), r_res=1, c_res=32)
+            ball = pyvista.Sphere(radius=0.4 * disc)
+            look = {"reset_camera": False, "show_scalar_bar": False}
+            for name, shape, colour in (("planes", plane, "white"), ("rims", rim, "dimgrey")):
+                shapes = contacts.glyph(orient="normal", scale=False, geom=shape)
+                self.plotter.add_mesh(shapes, name=name, color=colour, lighting=False, **look)
+            points = contacts.glyph(orient=False, scale=False, geom=ball)
             self.plotter.add_mesh(
-                points, name="points", scalars="force", cmap=COLOURS, clim=(0, self.sight.top), show_scalar_bar=False,
-                smooth_shading=True, ambient=0.35, reset_camera=False,
+                points, name="points", scalars="force", cmap=COLOURS, clim=(0, self.sight.top), smooth_shading=True,
+                ambient=0.4, **look,
             )  # fmt: skip
         image: NDArray[np.uint8] = self.plotter.screenshot(return_img=True)
         return image
@@ -325,8 +339,6 @@ def animate(path_record: str | os.PathLike[str], path_movie: str | os.PathLike[s
     ImportError, ValueError, OSError
         as `device_figure`, and where the ending is another or what writes it is missing.
     """
-    import matplotlib
-
     _need_pyvista()
     writer = _writer(Path(path_movie))
     history = History.read(path_record)
@@ -403,9 +415,14 @@ def _draw_view(axes: Any, image: NDArray[np.uint8], view: View) -> Any:
     at = np.array([0.04 * w, 0.035 * h])
     axes.plot([at[0], at[0] + length], [at[1]] * 2, color="black", linewidth=2.5, solid_capstyle="butt")
     axes.annotate(
-        f"{1e3 * length:g} mm", at + [length / 2, 0], (0, 4), textcoords="offset points", ha="center", fontsize=9
+        f"{1e3 * length:g} mm",
+        at + np.array([length / 2, 0]),
+        (0, 4),
+        textcoords="offset points",
+        ha="center",
+        fontsize=9,
     )
-    arm, foot = 0.06 * h, at + [0.03 * h, 0.17 * h]
+    arm, foot = 0.06 * h, at + np.array([0.03 * h, 0.17 * h])
     for name, e in zip("xyz", np.column_stack([view.right, view.up]), strict=True):
         tip = foot + arm * e
         axes.annotate("", tip, foot, arrowprops={"arrowstyle": "-|>", "color": "black", "linewidth": 0.9, "shrinkA": 0})

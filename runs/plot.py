@@ -235,7 +235,7 @@ def _coloured(u: Floats, point_data: Mapping[str, Floats], cell_data: Mapping[st
 
 
 def plot_record(path_record: str | os.PathLike[str], path_picture: str | os.PathLike[str], step: int = -1) -> None:
-    """Draw a step of a record: devices in their vessel, or deformed bodies and the contact pressure beside the exact one.
+    """Draw a step of a record: devices in their vessel, or deformed bodies and contact pressures beside the exact ones.
 
     Parameters
     ----------

@@ -37,7 +37,8 @@ def solve(problem: ContactProblem, start: Floats | None = None, tolerance: float
     2. `kernels.ratio_tested`, one row at a time, from the better of the last feasible λ and max(λ, 0): λ stays
        nonnegative and the dual objective decreases, so that it cannot cycle; W may be singular.
 
-    Columns are asked for only when their row enters the set, each at most once. All comparisons are relative, to
+    Where all of W is known and a guess is given, phase 2 starts from the guess at once: between the passes of a step a few
+    rows change. Columns are asked for only when their row enters the set, each at most once. All comparisons are relative, to
     ℓ = max(max(−q)₊, max|Wλ|) and to W's diagonal, so that units do not matter.
 
     Parameters
@@ -65,7 +66,7 @@ def solve(problem: ContactProblem, start: Floats | None = None, tolerance: float
     columns = FormedColumns(problem.W)
     first = np.flatnonzero(start > 0) if start is not None else np.empty(0, np.int64)
     blocks = _BlockSteps(columns, q, tolerance, start)
-    if not blocks.run(first):
+    if blocks.warm(first) or not blocks.run(first):
         _ratio_tested(blocks)
     lam, delta, rows = blocks.lam, blocks.delta, columns.rows
     pull = np.zeros_like(lam)
@@ -94,6 +95,21 @@ class _BlockSteps:
         self.delta: Floats = q
         self.iterations, self.steps, self.departures, self.work = 0, 0, 0, 0.0
 
+    def warm(self, first: Ints) -> bool:
+        """Take λ from the guess, if all of W is known and the rows `first` where it is positive are independent."""
+        if not len(first) or len(self.columns.rows) < self.columns.size:
+            return False
+        known = self.columns.known(first)
+        if known is None:
+            self.factorise(0, first)
+        else:
+            self.rows, self.L = known
+        if len(self.rows) < len(first):
+            self.rows, self.L = np.empty(0, np.int64), np.empty((0, 0))
+            return False
+        self.lam, self.delta = self.start, self.q + self.columns.product(self.start)
+        return True
+
     def run(self, first: Ints) -> bool:
         """Take block steps from the set `first`; True if they reached the solution."""
         feasible, least, block = np.zeros_like(self.q), np.inf, 1
@@ -101,7 +117,7 @@ class _BlockSteps:
         wanted[first] = True
         seen = {wanted.tobytes()}
         if len(first):
-            self.begin(first)
+            self.change(first)
             if len(self.rows) == len(first):
                 feasible = self.start  # λ ≥ 0 on independent rows
         while True:
@@ -113,7 +129,6 @@ class _BlockSteps:
             if not len(negative):
                 feasible = self.lam
                 if not len(violated):
-                    self.columns.remember(self.rows, self.L)
                     return True
             candidates = [feasible, np.maximum(self.lam, 0.0)]
             least = min(least, worst)
@@ -155,19 +170,6 @@ class _BlockSteps:
         tail = tail[self.lam[tail] > 0]
         self.columns.form(entering)
         self.factorise(p, np.concatenate([self.rows[:p], tail[np.argsort(-self.lam[tail])], entering]))
-        self.settle()
-
-    def begin(self, first: Ints) -> None:
-        """Start from the set `first`, with its factor where that is known from a problem with the same W."""
-        known = self.columns.known(first)
-        if known is None:
-            self.change(first)
-        else:
-            self.rows, self.L = known
-            self.settle()
-
-    def settle(self) -> None:
-        """Solve W λ + q = 0 on the set, λ = 0 elsewhere."""
         self.lam, self.delta = np.zeros_like(self.q), self.q
         for _ in range(REFINEMENTS):
             self.lam[self.rows] -= cho_solve((self.L, True), self.delta[self.rows], check_finite=False)
@@ -218,8 +220,10 @@ def _ratio_tested(blocks: _BlockSteps) -> None:
         columns.form(np.array([wanted]))
         if n == len(U):
             order, U = np.pad(order, (0, n)), np.pad(U, (0, n))
-    blocks.iterations += state[2]
-    blocks.departures += state[3]
+    n = state[0]
+    columns.remember(order[:n].copy(), np.asfortranarray(U[:n, :n].T))
+    blocks.iterations += int(state[2])
+    blocks.departures += int(state[3])
     if verdict == kernels.INFEASIBLE:
         raise InfeasibleError(
             f"contact {state[1]} cannot be satisfied together with the active ones: the walls overlap"

@@ -123,9 +123,9 @@ def test_bounds_of_derivatives() -> None:
     x = _near(surface, 20000, -0.5, 3)
     n, v = surface.net, kernels.potentials(surface.net, x)
     cell = np.array([kernels.find_cell(n.constants, n.table, n.keys, *p) for p in x])
-    assert np.all(np.linalg.norm(v[:, 1:4], axis=1) <= n.slope[cell])
+    assert np.all(np.linalg.norm(v[:, 1:4], axis=1) <= n.bounds[cell, 0])
     least = np.linalg.eigvalsh(v[:, [4, 5, 6, 5, 7, 8, 6, 8, 9]].reshape(-1, 3, 3))[:, 0]
-    assert np.all(-least[v[:, 0] >= 1] <= (n.bend[cell] * (1 + 1e-12))[v[:, 0] >= 1])
+    assert np.all(-least[v[:, 0] >= 1] <= (n.bounds[cell, 1] * (1 + 1e-12))[v[:, 0] >= 1])
     bound = surface.lower_bound(x)
     within = x[bound > 0]
     for ray in np.random.default_rng(1).normal(size=(20, 3)):
