@@ -150,9 +150,7 @@ class ConvolutionSurface:
 
     def first_root(self, start: Floats, end: Floats, tolerance: float) -> Floats:
         """The first root on each segment, see `contact.detection.first_root`."""
-        found: Floats = roots(
-            self.net, np.ascontiguousarray(start), np.ascontiguousarray(end), self.sign, tolerance
-        )
+        found: Floats = roots(self.net, np.ascontiguousarray(start), np.ascontiguousarray(end), self.sign, tolerance)
         return found
 
     def _seen(self, x: Floats) -> Floats:

@@ -172,7 +172,7 @@ def cell_bounds(
     reach: float,
     cell: float,
 ) -> Floats:
-    """Bounds of |∇F| where F ≥ ½ and of −∂²F/∂s² where F ≥ 1, least and largest radius, within a cell's width, (cells, 4).
+    """Bounds of |∇F| where F ≥ ½ and of −∂²F/∂s² where F ≥ 1, extreme radii; within a cell's width, (cells, 4).
 
     With f = ∫e³dμ and ∂e = −2a/R², |a| ≤ R √(1 − e), Cauchy and Schwarz's inequality bounds (∂f)² by
     36 f ∫e a²/R⁴dμ, so that F = f^(2/7) has

@@ -2,8 +2,8 @@
 
 A primitive is the integral of the kernel e³/r over its axis, e = 1 − |x − a|²/(k r)² where positive. Of a chain of
 primitives the potential is F = (Σ f)^(2/7), which makes a straight tube's a quadratic function of the distance from the
-axis; chains and balls (F = e of their centre, normalised) are joined by a p-norm, and each dent takes away a multiple of
-its own e³.
+axis; chains and balls (F = e of their centre, normalised) are joined by a p-norm, and each dent takes away a multiple
+of its own e³.
 
 `evaluate` stands inlined wherever it is called, so that derivatives that a caller does not use are not computed.
 """
@@ -244,12 +244,11 @@ def lower_bounds(net: Network, x: Floats) -> Floats:
 
 
 @njit(cache=True, error_model="numpy")
-def count_evaluated(net: Network, x: Floats) -> Ints:
-    """How many primitives and empty slots a look at each point costs, (points)."""
-    out, place = np.zeros(len(x), dtype=np.int64), NOWHERE
+def cells_at(net: Network, x: Floats) -> Ints:
+    """The number of each point's cell, −1 where nothing is near, (points)."""
+    constants, table, keys, _, _, _, _, _, _ = net
+    out, place = np.empty(len(x), dtype=np.int64), NOWHERE
     for i in range(len(x)):
-        place = locate(net.constants, net.table, net.keys, x[i, 0], x[i, 1], x[i, 2], place)
-        if place[3] >= 0:
-            for g in range(net.cells[place[3], 0], net.cells[place[3], 2]):
-                out[i] += net.groups[g, 2] - net.groups[g, 1]
+        place = locate(constants, table, keys, x[i, 0], x[i, 1], x[i, 2], place)
+        out[i] = place[3]
     return out

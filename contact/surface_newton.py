@@ -88,11 +88,15 @@ def closest(
             if step2 > longest * longest:
                 cut = longest / np.sqrt(step2)
             # Newton's steps may go to and fro about a ridge of the distance; short ones do not.
-            if iteration >= 20:
+            if iteration >= 20 and step2 > 1e-4 * longest * longest:
                 cut *= 0.3
-            y0 += cut * (along * n0 + zt * t0 + zb * b0)
-            y1 += cut * (along * n1 + zt * t1 + zb * b1)
-            y2 += cut * (along * n2 + zt * t2 + zb * b2)
+            # Back to g = 0 by what its second derivative makes of the step
+            Hnn = n0 * Hn0 + n1 * Hn1 + n2 * Hn2
+            bow = along * (along * Hnn + 2.0 * (zt * Snt + zb * Snb)) + zt * (zt * Stt + 2.0 * zb * Stb) + zb * zb * Sbb
+            up = along - 0.5 * bow if step2 < 1e-2 * longest * longest else along
+            y0 += cut * (up * n0 + zt * t0 + zb * b0)
+            y1 += cut * (up * n1 + zt * t1 + zb * b1)
+            y2 += cut * (up * n2 + zt * t2 + zb * b2)
             bent2 = h0 * h0 + h3 * h3 + h5 * h5 + 2.0 * (h1 * h1 + h2 * h2 + h4 * h4)
             if step2 * step2 * bent2 < (SETTLED * thin) ** 2 and step2 < 1e-4 * longest * longest:
                 # The unit normal turns by (I − n nᵀ) H m, of which the tangential parts are

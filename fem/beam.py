@@ -22,7 +22,8 @@ Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 State = tuple[Floats, ...]
 
-TURN = 0.3  # the largest rotation of a node in one pass, per component [rad]
+# The largest rotation [rad] and displacement [radii, or elements where these are longer] of a node in one pass.
+TURN, SHIFT = 0.3, 4.0
 
 
 @dataclass(frozen=True)
@@ -174,8 +175,7 @@ class Beam:
         self._fresh = self._factorised = False
         self._matrix = matrix_of(self.fixed)
         # Moments are measured against forces by an element's length.
-        # A residual of 1e-8 of this is a strain of 1e-15, the round-off of strains.
-        self._least = 1e-7 * float((data.axial[:, 0] * data.length).max())
+        self._reach = max(float(radius.max()), float(data.length.max()))
         self._unit = np.tile(np.repeat([1.0, 1 / float(data.length.mean())], 3), n)
         if inertia is None:
             self._check_held()
@@ -361,11 +361,12 @@ class Beam:
     def correct(self, increment: Floats) -> None:
         """Move by the free increment and `increment` together; the free increment is used up.
 
-        Where the linearisation would turn a node further than it holds, all move by a part of it.
+        Where the linearisation would turn or shift a node further than it holds, all move by a part of it.
         """
         d = (self.u + increment).reshape(-1, 6)
-        turn = float(np.abs(d[:, 3:]).max())
-        self._shift(d if turn <= TURN else TURN / turn * d)
+        largest = np.abs(d).max(axis=0)
+        excess = max(float(largest[3:].max()) / TURN, float(largest[:3].max()) / (SHIFT * self._reach))
+        self._shift(d if excess <= 1 else d / excess)
 
     def _shift(self, d: Floats) -> None:
         self.x, self.R, self.edges = kernels.update(self.x, self.R, self.edges, d)
@@ -434,7 +435,9 @@ class Beam:
         inner, outer = self._balance()
         rest = np.where(self.fixed, 0.0, inner - outer - contact)
         norms = [float(np.linalg.norm(self._unit * f)) for f in (rest, inner, outer, contact)]
-        return norms[0] / max(sum(norms[1:]), self._least)
+        # A residual of 1e-8 of this is a strain of 1e-15, the round-off of strains.
+        least = 1e-7 * float((self._damped.axial[:, 0] * self._damped.length).max())
+        return norms[0] / max(sum(norms[1:]), least)
 
     def reactions(self) -> Floats:
         """f_int + inertia − f_ext of each node where an unknown of it is prescribed, (N, 6) [N, N m]; contact apart."""

@@ -1,42 +1,36 @@
-"""A deformable body: its unknowns, supports and loads, its iteration matrix, and its motion in a step."""
+"""A deformable body: its unknowns, its forces, and its motion in a step."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from types import TracebackType
 from typing import Any, Protocol, Self
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
-from petsc4py import PETSc
 
 from fem.factor import Factor
 from fem.inertia import Dynamics, Inertia
 from fem.integrators import Integrator, Static
+from fem.iteration_matrix import IterationMatrices, Stiffness
 from fem.loads import Load, Support, evaluate, external_forces
 from fem.rigid import floating_modes, pin, rigid_modes
 from fem.space import Space
+from fem.supports import Supports
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 SURFACE = "surface"
-FACTORS = 4  # kept at a time: a step that is halved and recovers finds the matrix of its dt again
 
 
-class Model(Protocol):
+class Model(Stiffness, Protocol):
     """What a body is made of: element matrices and, independently of them, internal forces."""
 
     @property
     def axisymmetric(self) -> bool:
         """Whether x = (r, z)."""
-
-    @property
-    def mixed(self) -> bool:
-        """Whether pressures stand beside the displacements."""
-
-    def stiffness(self, points: Floats, cells: Ints) -> Floats:
-        """Element matrices (m, n, n)."""
 
     def forces(self, points: Floats, cells: Ints, u: Floats) -> Floats:
         """Internal forces of cells (m, n) at their unknowns u (m, n)."""
@@ -76,7 +70,7 @@ class Body:
         **dynamics: Any,
     ) -> None:
         self.name, self.space, self.model = name, space, model
-        self.supports, self.loads = list(supports), list(loads)
+        self.loads = list(loads)
         self.frame = np.eye(space.dim) if frame is None else np.asarray(frame, dtype=float)
         if len(self.frame) != space.components:
             raise ValueError(f"body {name!r}: frame has {len(self.frame)} directions for {space.components} components")
@@ -99,12 +93,13 @@ class Body:
         self.inertia: Inertia | None = None
         self.load = np.zeros(space.owned)
         self._loaded_at: float | None = None
-        self._unit = np.ones(space.owned)  # of each unknown in A
-        self.fixed = self._fixed()
-        self._R = self.rigid_modes()
-        self.modes = floating_modes(space.comm, self._R, self.fixed)
+        self._supports = Supports(name, space, self.facets, supports)
+        self.fixed = self._supports.fixed
+        R = self.rigid_modes()
+        self.modes = floating_modes(space.comm, R, self.fixed)
         self.pins = pin(space.comm, self.modes)
-        self._factors: dict[tuple[float, float], Factor] = {}
+        self._matrices = IterationMatrices(space, model, R)
+        self._factor: Factor | None = None
 
     @property
     def comm(self) -> Any:
@@ -156,7 +151,7 @@ class Body:
             raise ValueError(f"body {self.name!r}: {key} = {value!r}: must be finite")
         return local
 
-    @property
+    @cached_property
     def size(self) -> float:
         """The body's largest extent [m]."""
         X = self.space.piece.points
@@ -178,36 +173,6 @@ class Body:
         facets: Ints = self.space.piece.facets[tag]
         return facets
 
-    # --- supports and loads ---------------------------------------------------------------------------------------
-
-    def _support_dofs(self, support: Support) -> tuple[Ints, Ints]:
-        nodes = np.unique(self.facets(support.tag))
-        c = self.space.components
-        if support.component is not None and not 0 <= support.component < c:
-            raise ValueError(f"body {self.name!r}: support on {support.tag!r} has no component {support.component}")
-        parts = np.arange(c) if support.component is None else np.array([support.component])
-        return nodes, c * nodes[:, None] + parts
-
-    def _fixed(self) -> NDArray[np.bool_]:
-        marks = np.zeros(len(self.space.local_dofs))
-        for support in self.supports:
-            marks[self._support_dofs(support)[1].ravel()] = 1
-        return self.space.sum(marks) > 0
-
-    def _prescribe(self, t: float) -> None:
-        if not self.supports:
-            return
-        owned = self.owned(self.u)
-        # One support after the other: where two disagree the later one holds, on whichever ranks their facets are.
-        for support in self.supports:
-            values, marks = np.zeros_like(self.u), np.zeros_like(self.u)
-            nodes, dofs = self._support_dofs(support)
-            value = evaluate(support.value, self.space.piece.points[nodes], t, dofs.shape[1])
-            values[dofs], marks[dofs] = value, 1
-            total, count = self.space.sum(values), self.space.sum(marks)
-            owned = np.where(count > 0, total / np.maximum(count, 1), owned)
-        self.u = self.space.local(owned)
-
     # --- the step -------------------------------------------------------------------------------------------------
 
     def begin(self, t: float, integrator: Integrator) -> None:
@@ -221,9 +186,10 @@ class Body:
         self.integrator, self._free = integrator, None
         if integrator.inertia and self.v is None:
             self._start_moving(self._first_velocity())
+        self._factor = self._matrices.find(self._multiples)
         t = integrator.load_time(t)
         self._prescribe(t)
-        if self.loads and self._loaded_at != t:
+        if self._loaded_at is None or (self._loaded_at != t and any(callable(load.value) for load in self.loads)):
             loads = [
                 (load, self.space.piece.cells if load.tag is None else self.facets(load.tag)) for load in self.loads
             ]
@@ -232,6 +198,9 @@ class Body:
         finite = np.isfinite(self.u).all() and np.isfinite(self.load).all()
         if not self.space.comm.allreduce(bool(finite), op=min):
             raise ValueError(f"body {self.name!r}: a support or load is not finite at t = {t:.6g}")
+
+    def _prescribe(self, t: float) -> None:
+        self.u = self.space.local(self._supports.prescribe(self.coordinates(), t))
 
     def renew(self) -> None:
         """Let A be formed anew about the present state: nothing, as it does not depend on that."""
@@ -385,7 +354,7 @@ class Body:
         # a residual within the default tolerance of 1e-8 is at most that.
         moved = self.coordinates()[: self.space.components * self.space.piece.owned]
         length = max(self.size, float(np.sqrt(self.space.comm.allreduce(float(moved @ moved)))))
-        forces = (self._unit * f for f in (rest, inner, inertia, self.load, contact))
+        forces = (self._matrices.unit * f for f in (rest, inner, inertia, self.load, contact))
         return self._ratio(*forces, least=1e-8 * (self._factor.scale if self._factor else 0.0) * length)
 
     def _ratio(self, rest: Floats, *forces: Floats, least: float = 0.0) -> float:
@@ -403,11 +372,6 @@ class Body:
         return float(f"{m:.10g}"), float(f"{k:.10g}")
 
     @property
-    def _factor(self) -> Factor | None:
-        """A of the present step and its solver, once assembled."""
-        return self._factors.get(self._multiples)
-
-    @property
     def A(self) -> Any:
         """The matrix of the present step; None before it is assembled."""
         return self._factor and self._factor.A
@@ -418,43 +382,7 @@ class Body:
 
     def assemble(self) -> None:
         """Form A, with unit rows where displacements are prescribed or pinned, unless that of this step is kept."""
-        m, k = self._multiples
-        if (m, k) in self._factors:
-            self._factors[m, k] = self._factors.pop((m, k))  # the last used is the last to go
-            return
-        piece = self.space.piece
-        K = k * self.model.stiffness(piece.points, piece.cells)
-        if self.inertia is not None:
-            self.inertia.add(K, m)
-        if self.model.mixed:
-            self._scale_pressures(K)
-        A = self.space.sum_matrices(K)
-        rows = (self.space.first + np.flatnonzero(self.held)).astype(PETSc.IntType)
-        diagonal = A.getDiagonal()
-        scale = diagonal.norm(PETSc.NormType.NORM_INFINITY) or 1.0
-        diagonal.destroy()
-        A.zeroRowsColumns(rows, diag=scale)
-        if not self.model.mixed:
-            A.setOption(PETSc.Mat.Option.SPD, True)
-        basis = [self._vec(column) for column in self._R.T]
-        near = PETSc.NullSpace().create(vectors=_orthonormal(basis), comm=self.space.comm)
-        A.setNearNullSpace(near)
-        near.destroy()
-        for v in basis:
-            v.destroy()
-        while len(self._factors) >= FACTORS:
-            self._factors.pop(next(iter(self._factors))).close()
-        self._factors[m, k] = Factor(A, scale, self.held, self._unit, self.space.dim)
-
-    def _scale_pressures(self, K: Floats) -> None:
-        """Give pressures a unit with which A is the same in all units, and their rows weigh as forces do."""
-        nu = self.space.components * self.space.piece.cells.shape[1]
-        parts = [float(np.abs(K[:, :nu, part]).max(initial=0.0)) for part in (slice(nu), slice(nu, None))]
-        stiffness, coupling = self.space.comm.allreduce(np.array(parts), op=np.maximum)
-        unit = stiffness / coupling
-        K[:, nu:] *= unit
-        K[:, :, nu:] *= unit
-        self._unit[self.space.components * self.space.piece.owned :] = unit
+        self._factor = self._matrices.form(self._multiples, self.inertia, self.held)
 
     def factor(self) -> None:
         """Set up the solver of A, unless it is kept: a factorisation, or what ``-free_ksp_…`` ask for."""
@@ -462,9 +390,8 @@ class Body:
 
     @property
     def _solver(self) -> Factor:
-        factor = self._factor
-        assert factor is not None, "begin, assemble and factor come before a solve"
-        return factor
+        assert self._factor is not None, "begin, assemble and factor come before a solve"
+        return self._factor
 
     def solve(self, B: Floats) -> Floats:
         """X = A⁻¹ B for a block of right-hand sides at the owned unknowns, (owned, k). Collective."""
@@ -474,16 +401,10 @@ class Body:
         """X = A⁻¹ Hᵀ for sparse rows H on displacements that A moves, (owned, k). Collective."""
         return self._solver.solve_rows(H)
 
-    def _vec(self, owned: Floats) -> Any:
-        v = PETSc.Vec().createMPI((self.space.owned, self.space.size), comm=self.space.comm)
-        v.array[:] = owned
-        return v
-
     def close(self) -> None:
         """Destroy the matrices and the solvers. Collective."""
-        for factor in self._factors.values():
-            factor.close()
-        self._factors.clear()
+        self._matrices.close()
+        self._factor = None
         self.space.close()
 
     def __enter__(self) -> Self:
@@ -493,12 +414,3 @@ class Body:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
-
-
-def _orthonormal(basis: list[Any]) -> list[Any]:
-    """Gram–Schmidt, in place."""
-    for i, v in enumerate(basis):
-        for w in basis[:i]:
-            v.axpy(-v.dot(w), w)
-        v.normalize()
-    return basis

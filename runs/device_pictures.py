@@ -25,8 +25,8 @@ from runs.plot import DPI, Frame, footer, new_figure, title
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-WIDTH = 10.7
-"""Of a still [in]: 1600 pixels."""
+WIDTH, COLOUR_BAR = 10.7, 0.9
+"""Of a still, 1600 pixels, and of its bar of colours [in]."""
 
 FRAMES, PER_SECOND = 150, 15
 """Of an animation, at most, and how many it shows a second."""
@@ -34,7 +34,10 @@ FRAMES, PER_SECOND = 150, 15
 FINE, COARSE = 900, 280
 """The wall's grid resolves the smallest vessel in sight by four cells a radius, between these parts of the diagonal."""
 
-COLOURS, STEEL, WALL = "plasma", "#4C5A69", np.array([0.80, 0.42, 0.38])
+COLOURS, STEEL, WALL = "plasma", "#64768A", np.array([0.90, 0.40, 0.33])
+
+DECADES = 1e3
+"""The largest contact force over the smallest one that has a colour of its own."""
 
 CORNERS = np.array([[i, j, k] for k in (0, 1) for j in (0, 1) for i in (0, 1)])
 """Corners of a cell in the order of VTK's voxel."""
@@ -226,16 +229,18 @@ class Stage:
         if not self.plotter.render_window.SupportsOpenGL():
             raise OSError("pictures of devices need OpenGL: VTK found neither a display nor EGL or OSMesa")
         self.plotter.set_background("white")
-        self.plotter.enable_depth_peeling(8)
         for wall in sight.walls:
             if len(wall.points):
-                mesh = pyvista.PolyData.from_regular_faces(wall.points, wall.triangles)
+                # From the furthest to the nearest, as translucent triangles must be drawn; depth peeling does not work on
+                # every software renderer.
+                depth = (wall.points @ view.eye)[wall.triangles].sum(axis=1)
+                mesh = pyvista.PolyData.from_regular_faces(wall.points, wall.triangles[np.argsort(depth)])
                 mesh.point_data.active_normals = wall.normals
                 # Like glass: opaque where the wall is seen edgeways.
                 steep = 1 - np.abs(wall.normals @ view.eye)
-                colour = np.column_stack([np.tile(WALL, (len(steep), 1)), 0.1 + 0.6 * steep**3])
+                colour = np.column_stack([np.tile(WALL, (len(steep), 1)), 0.11 + 0.6 * steep**3])
                 mesh["colour"] = (255 * colour).astype(np.uint8)
-                actor = self.plotter.add_mesh(mesh, scalars="colour", rgb=True, ambient=0.2, specular=0.2)
+                actor = self.plotter.add_mesh(mesh, scalars="colour", rgb=True, ambient=0.45, diffuse=0.65)
                 # The normals are those of the potential; none are to be computed from the triangles.
                 actor.prop.interpolation = "phong"
                 actor.ForceTranslucentOn()
@@ -275,7 +280,7 @@ class Stage:
                 self.plotter.add_mesh(shapes, name=name, color=colour, lighting=False, **look)
             points = contacts.glyph(orient=False, scale=False, geom=ball)
             self.plotter.add_mesh(
-                points, name="points", scalars="force", cmap=COLOURS, clim=(0, self.sight.top), smooth_shading=True,
+                points, name="points", scalars="force", cmap=COLOURS, clim=(self.sight.top / DECADES, self.sight.top), log_scale=True, smooth_shading=True,
                 ambient=0.4, **look,
             )  # fmt: skip
         image: NDArray[np.uint8] = self.plotter.screenshot(return_img=True)
@@ -310,12 +315,11 @@ def device_figure(path_record: str | os.PathLike[str], step: int = -1) -> Figure
     frame = Frame.read(path_record, step)
     history = History.read(path_record)
     lam = frame.contact["lambda"]
-    surfaces = _surfaces(frame)
-    sight = sight_of(frame, surfaces, float(np.quantile(lam[lam > 0], 0.95)) if (lam > 0).any() else 1.0)
+    sight = sight_of(frame, _surfaces(frame), float(lam.max(initial=0.0)) or 1.0)
     widths = [view.width for view in sight.views]
-    tall = WIDTH * sight.views[0].height / sum(widths)
-    figure = new_figure((WIDTH, tall + 3.4))
-    places = figure.add_gridspec(2, 1, height_ratios=(tall + 0.7, 2.3))
+    tall = (WIDTH - COLOUR_BAR) * sight.views[0].height / sum(widths)
+    figure = new_figure((WIDTH, tall + 3.1))
+    places = figure.add_gridspec(2, 1, height_ratios=(tall, 2.4))
     above = places[0].subgridspec(1, 2, width_ratios=widths, wspace=0.02)
     axes = []
     for i, view in enumerate(sight.views):
@@ -323,7 +327,7 @@ def device_figure(path_record: str | os.PathLike[str], step: int = -1) -> Figure
             image = stage.shot(frame)
         axes.append(figure.add_subplot(above[i]))
         _draw_view(axes[-1], image, view)
-    _draw_colours(figure, axes, sight.top, lam.max(initial=0.0) > sight.top)
+    _draw_colours(figure, axes, sight.top)
     below = places[1].subgridspec(1, 4)
     _draw_history([figure.add_subplot(below[i]) for i in range(4)], history, float(frame.row["time"]))
     figure.suptitle(title(frame), fontsize=12, color="black" if frame.row["converged"] else VERMILLION)
@@ -343,16 +347,16 @@ def animate(path_record: str | os.PathLike[str], path_movie: str | os.PathLike[s
     writer = _writer(Path(path_movie))
     history = History.read(path_record)
     last = Frame.read(path_record, -1)
-    sight = sight_of(last, _surfaces(last), history.top)
+    sight = sight_of(last, _surfaces(last), float(history.largest.max()) or 1.0)
     view = sight.views[0]
-    tall = 8.0 * view.height / view.width
-    figure = new_figure((8.0, min(tall, 7.0) + 1.9))
-    places = figure.add_gridspec(2, 1, height_ratios=(min(tall, 7.0) + 0.6, 1.3))
+    tall = (8.0 - COLOUR_BAR) * view.height / view.width
+    figure = new_figure((8.0, tall + 1.9))
+    places = figure.add_gridspec(2, 1, height_ratios=(tall, 1.4))
     axes, below = figure.add_subplot(places[0]), figure.add_subplot(places[1])
     steps = np.unique(np.linspace(0, len(history.time) - 1, FRAMES).round().astype(int))
     with Stage(sight, view, 110 * 8.0 / view.width) as stage:
         shown = _draw_view(axes, stage.shot(last), view)
-        _draw_colours(figure, [axes], sight.top, history.largest.max(initial=0.0) > sight.top)
+        _draw_colours(figure, [axes], sight.top)
         _draw_contacts(below, history)
         below.set_xlabel("time t [s]")
         below.legend(fontsize=8, loc="upper left")
@@ -376,7 +380,6 @@ class History:
     time, seconds : of the step's end in the scene [s], and of its computation
     total, largest : Σλ and max λ [N]
     candidates, active, passes, substeps : numbers
-    top : what 98 % of the contact forces of all steps do not exceed [N]
     """
 
     time: Floats
@@ -387,7 +390,6 @@ class History:
     active: Ints
     passes: Ints
     substeps: Ints
-    top: float
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> History:
@@ -402,7 +404,6 @@ class History:
         return cls(
             rows["time"], rows["seconds/total"], np.bincount(step, lam, record.count), largest, rows["contacts"],
             rows["active"], rows["passes"], rows["substeps"],
-            float(np.quantile(lam[lam > 0], 0.98)) if (lam > 0).any() else 1.0,
         )  # fmt: skip
 
 
@@ -438,16 +439,12 @@ def _round(length: float) -> float:
     return float(power * max(digit for digit in (1, 2, 5) if digit * power <= length * (1 + 1e-12)))
 
 
-def _draw_colours(figure: Figure, axes: list[Any], top: float, more: bool) -> None:
+def _draw_colours(figure: Figure, axes: list[Any], top: float) -> None:
     from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize
+    from matplotlib.colors import LogNorm
 
-    factor, unit = _unit(top)
-    colours = ScalarMappable(Normalize(0, top * factor), COLOURS)
-    figure.colorbar(
-        colours, ax=axes, label=f"contact force λ [{unit}]", shrink=0.7, aspect=30, pad=0.01,
-        extend="max" if more else "neither",
-    )  # fmt: skip
+    colours = ScalarMappable(LogNorm(top / DECADES, top), COLOURS)
+    figure.colorbar(colours, ax=axes, label="contact force λ [N]", shrink=0.8, aspect=30, pad=0.01, extend="min")
 
 
 def _unit(force: float) -> tuple[float, str]:

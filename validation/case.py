@@ -177,12 +177,21 @@ class Run:
         self.seconds = clock.lap()
         return self.solved
 
-    def march(self, observe: Callable[[System, AcceptedStep], Any], **scene: Any) -> Solved:
-        """Build a scene and run its steps, each looked at by `observe`. Collective."""
+    def march(
+        self,
+        observe: Callable[[System, AcceptedStep], Any],
+        begin: Callable[[System], None] = lambda system: None,
+        **scene: Any,
+    ) -> Solved:
+        """Build a scene and run its steps, each looked at by `observe`. Collective.
+
+        `begin` may change the state in which the scene starts.
+        """
         clock = Clock()
         model = Scene.model_validate({**scene, "solver": {"method": self.method, **scene.get("solver", {})}})
         system = build(model, self.comm, clock=clock)
         clock.lap()
+        begin(system)
         system.prepare()
         observed, last, seconds = [], None, dict.fromkeys((*PHASES, "total"), 0.0)
 

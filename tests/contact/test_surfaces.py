@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from contact.surfaces import Cylinder, Plane, Potential, Sphere, Surface, cone, dome, paraboloid, sinusoid
+from contact.detection import nearest
+from contact.surfaces import Cylinder, Plane, Potential, Sphere, Surface, Torus, cone, dome, paraboloid, sinusoid
 
 Floats = NDArray[np.float64]
 
@@ -111,3 +112,45 @@ def test_gradients_may_be_changed(name: str) -> None:
     expected = first.copy()
     first /= 10.0
     np.testing.assert_array_equal(surface.gradient(x), expected)
+
+
+@surfaces
+@dimensions
+def test_hessian_is_the_derivative(name: str, D: int) -> None:
+    """∇²g equals central differences of ∇g, where the surface has one."""
+    surface = SURFACES[name](D)
+    x = np.random.default_rng(2).uniform(0.3, 0.7, (200, D))
+    eps = 1e-6
+    differences = [(surface.gradient(x + eps * e) - surface.gradient(x - eps * e)) / (2 * eps) for e in np.eye(D)]
+    np.testing.assert_allclose(surface.hessian(x), np.stack(differences, axis=1), atol=2e-6)
+
+
+@pytest.mark.parametrize("inside", [False, True])
+def test_torus(inside: bool) -> None:
+    """Distances and feet known in its meridian plane; gradient and Hessian by differences."""
+    axis = np.array([1.0, 2.0, 2.0]) / 3
+    surface = Torus(np.full(3, 0.1), axis, 2.0, 0.5, inside)
+    out = np.array([2.0, 1.0, -2.0]) / 3
+    x = 0.1 + 2.3 * out + 0.4 * axis
+    assert surface.potential(x[None])[0] == pytest.approx(0.0, abs=1e-15)
+    sign = -1 if inside else 1
+    assert surface.potential((0.1 + 2.6 * out + 0.8 * axis)[None])[0] == pytest.approx(sign * 0.5)
+    np.testing.assert_allclose(surface.nearest((0.1 + 2.6 * out + 0.8 * axis)[None]).point[0], x, atol=1e-15)
+    y = np.random.default_rng(0).uniform(-3, 3, (300, 3))
+    eps = 1e-6
+    slopes = [(surface.potential(y + eps * e) - surface.potential(y - eps * e)) / (2 * eps) for e in np.eye(3)]
+    bends = [(surface.gradient(y + eps * e) - surface.gradient(y - eps * e)) / (2 * eps) for e in np.eye(3)]
+    np.testing.assert_allclose(surface.gradient(y), np.stack(slopes, axis=1), atol=1e-8)
+    np.testing.assert_allclose(surface.hessian(y), np.stack(bends, axis=1), atol=1e-7)
+
+
+def test_nearest_of_a_potential() -> None:
+    """The generic Newton method, warm and cold, finds a sphere given as |x|² − 1, its normals and its curvature."""
+    ball = Potential(lambda x: (x**2).sum(axis=1) - 1, lambda x: 2 * x, 10.0)
+    n = np.random.default_rng(0).normal(size=(100, 3))
+    n /= np.linalg.norm(n, axis=1)[:, None]
+    for guess in (None, n + 0.05):
+        foot = nearest(ball, 1.3 * n, guess)
+        np.testing.assert_allclose(foot.distance, 0.3, atol=1e-13)
+        np.testing.assert_allclose(foot.point, n, atol=1e-13)
+        np.testing.assert_allclose(foot.curvature, (np.eye(3) - n[:, :, None] * n[:, None, :]) / 1.3, atol=1e-6)

@@ -6,10 +6,11 @@ import scipy.sparse as sp
 from fem_examples import DIMENSION, Floats, block, solid
 from mpi4py import MPI
 
-from fem.body import FACTORS, Body
+from fem.body import Body
 from fem.elasticity import State
 from fem.inertia import Dynamics, Inertia
 from fem.integrators import ImplicitEuler, Integrator, Midpoint
+from fem.iteration_matrix import FACTORS
 from fem.loads import Load, Support
 from fem.rigid_body import RigidBody
 from fem.scalar import Laplacian

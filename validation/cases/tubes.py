@@ -56,8 +56,8 @@ def _ends(run: Run, exact: Any, turns: float) -> Any:
 
 @case(
     "helix-tube",
-    {"EI": 1.0, "r": 1.0, "beta": np.radians(20.0), "n": 3.0},
-    levels=(0.4,0.2,0.1,0.05),
+    {"EI": 1.0, "r": 1.0, "beta": np.radians(20.0), "n": 2.0},
+    levels=(1.6,0.8,0.4,0.2),
     orders=(1,),
 )
 def helix_tube(run: Run) -> list[Quantity]:
@@ -69,7 +69,8 @@ def helix_tube(run: Run) -> list[Quantity]:
     a = 0.1 * r
     section = {"length": L, "elements": n, "radius": a, "EA": 1e5 * EI / r**2, "GJ": EI, "EI": EI, "mass": MI*exact.compression**2/EI}
     beam = {"name": "beam", "kind": "beam", "sections": [section], "placement": {"path": exact.position(xi).tolist()},
-       "supports": [{"at": "start"}, {"at": "end"}]}
+       "supports": [{"at": "start"}, {"at": "end", "hold": ["x", "y", "rx", "ry", "rz"]}],
+        "loads": [{"kind": "point", "at": "end", "value": [0.0, 0.0, -exact.compression]}]}
     tube = {"kind": "cylinder", "centre": [0.0, 0.0, 0.0], "axis": [0.0, 0.0, 1.0], "radius": r + a, "inside": True}
     solved = run.march(lambda *_: None, body=[beam], contact=[{"body": "beam", "samples": 1, "surface": tube, "interference": 1e-3*r}], solver=SOLVER, time={"end": float(STEPS), "steps": STEPS, "integrator": "implicit-euler"})
     body, lam = beam_of(solved.system), solved.forces()
@@ -80,4 +81,39 @@ def helix_tube(run: Run) -> list[Quantity]:
     print(abs(body.v).max(), abs(lam[mid]).min(), solved.result.passes, "N", body.reactions()[[0,-1]], (lam>0).sum(), len(lam))
     return [Quantity("f", f, exact.f, 5e-3), Quantity("F", body.reactions()[0,2], exact.compression, 5e-3),
        Quantity("F2", -body.reactions()[-1,2], exact.compression, 5e-3),
+       Quantity("beta", np.arccos(t[n//2]), exact.angle, 5e-3)]
+
+
+@case(
+    "coil-tube",
+    {"EI": 1.0, "GJ": 1 / 1.3, "r": 1.0, "kappa0": np.sin(np.radians(80.0)) ** 2 / 1.5, "tau0": np.sin(np.radians(80.0))*np.cos(np.radians(80.0)) / 1.5, "n": 4.0},
+    levels=(0.8,0.4,0.2,0.1),
+    orders=(1,),
+)
+def coil_tube(run: Run) -> list[Quantity]:
+    exact = CoilTube(**run.values("EI", "GJ", "r", "kappa0","tau0"))
+    EI, r = run["EI"], run["r"]
+    L = run["n"] * exact.pitch / np.cos(exact.angle)
+    n = 2*round(L / run.h/2)
+    xi = np.linspace(0, 1.01 * L, 40 * int(run["n"]) + 1)
+    a = 0.1 * r
+    k2=exact.kappa0**2+exact.tau0**2
+    section = {"length": L, "elements": n, "radius": a, "EA": 1e5 * EI / r**2, "GJ": exact.GJ, "EI": EI, "mass": MI*EI/r**4,
+       "shape": {"kind": "helix", "radius": exact.kappa0/k2, "pitch": 2*np.pi*exact.tau0/k2}}
+    beam = {"name": "beam", "kind": "beam", "sections": [section], "placement": {"path": exact.position(xi).tolist(), "roll": np.pi},
+       "supports": [{"at": "start"}, {"at": "end", "hold": ["x", "y", "rx", "ry", "rz"], "twist": exact.tau*L}]}
+    tube = {"kind": "cylinder", "centre": [0.0, 0.0, 0.0], "axis": [0.0, 0.0, 1.0], "radius": r + a, "inside": True}
+    def begin(system):
+        b=beam_of(system)
+        F=exact.frame(np.linspace(0,L,n+1))
+        print("start frames", abs(b.R[0]-F[0]).max(), abs(b.R[:,:,0]-F[:,:,0]).max())
+        b.resume({**b.checkpoint(), "R": F})
+    solved = run.march(lambda *_: None, begin=begin, body=[beam], contact=[{"body": "beam", "samples": 1, "surface": tube, "interference": 1e-3*r}], solver=SOLVER, time={"end": float(STEPS), "steps": STEPS, "integrator": "implicit-euler"})
+    body, lam = beam_of(solved.system), solved.forces()
+    s = np.linspace(0, L, len(lam))
+    mid = abs(s - L/2) <= L/6
+    f = lam[mid].sum()/(mid.sum()*L/(len(lam)-1))
+    t = body.R[:,2,0]
+    print(abs(body.v).max(), solved.result.passes, "N", body.reactions()[[0,-1]], (lam>0).sum(), len(lam))
+    return [Quantity("f", f, exact.f, 5e-3), 
        Quantity("beta", np.arccos(t[n//2]), exact.angle, 5e-3)]
