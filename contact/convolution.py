@@ -118,10 +118,7 @@ class ConvolutionSurface:
     def nearest(self, x: Floats, guess: Floats | None = None) -> Foot:
         """The foot of each point by Newton's method from `guess`; from the nearest axis where that fails.
 
-        Raises
-        ------
-        ArithmeticError
-            Where no foot is found.
+        On an axis, where several walls are in sight, it is the foot on one of them, not always the nearest.
         """
         x = np.ascontiguousarray(x)
         start = x if guess is None else np.ascontiguousarray(guess)

@@ -85,6 +85,9 @@ class DeviceContact:
             self.at = at
             self._look(self.candidates | (self._bound() <= 0), np.zeros(self.count))
             self.candidates |= self.known <= 0
+            lost = np.flatnonzero(self.known < -2 * self.radius)
+            if lost.size:  # far outside the closest wall may be another one
+                self._first_met(lost, at)
         elif not self._meet():
             return None
         self._searching = self._fresh = False
@@ -112,15 +115,18 @@ class DeviceContact:
         if not new.any():
             return False
         self.candidates |= new
-        rows = np.flatnonzero(new & (self.known > self.radius))
-        start, way = self.accepted[rows], free[rows] - self.accepted[rows]
-        s = first_root(self.surface, start, free[rows], 1e-3 * float(self.radius.min()))
+        self._first_met(np.flatnonzero(new & (self.known > self.radius)), free)
+        return True
+
+    def _first_met(self, rows: Ints, end: Floats) -> None:
+        """Give points the planes where their ways from the last accepted state to `end` first meet the wall."""
+        start, way = self.accepted[rows], end[rows] - self.accepted[rows]
+        s = first_root(self.surface, start, end[rows], 1e-3 * float(self.radius.min()))
         met = np.isfinite(s)
         point = start[met] + s[met, None] * way[met]
         gradient = self.surface.gradient(point)
         self.foot.point[rows[met]] = point
         self.foot.normal[rows[met]] = gradient / np.linalg.norm(gradient, axis=1)[:, None]
-        return True
 
     def _bound(self) -> Floats:
         """What every gap is at least, from where it was last looked at."""

@@ -179,9 +179,9 @@ class Torus(_Distance):
         b = np.cross(t, away)
         around = np.divide(1.0, s, out=np.zeros_like(s), where=s > 0)
         along = np.divide((rho - self.bend) * around, rho, out=np.zeros_like(s), where=rho > 0)
-        return self.sign * (
-            around[:, None, None] * b[:, :, None] * b[:, None, :] + along[:, None, None] * t[:, :, None] * t[:, None, :]
-        )
+        bent: Floats = around[:, None, None] * b[:, :, None] * b[:, None, :]
+        bent += along[:, None, None] * t[:, :, None] * t[:, None, :]
+        return self.sign * bent
 
 
 class Graph:

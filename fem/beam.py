@@ -22,7 +22,7 @@ Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 State = tuple[Floats, ...]
 
-# The largest rotation [rad] and displacement [radii, or elements where these are longer] of a node in one pass.
+# The largest rotation [rad] and displacement [radii, or elements of a beam without radius] of a node in one pass.
 TURN, SHIFT = 0.3, 4.0
 
 
@@ -175,7 +175,7 @@ class Beam:
         self._fresh = self._factorised = False
         self._matrix = matrix_of(self.fixed)
         # Moments are measured against forces by an element's length.
-        self._reach = max(float(radius.max()), float(data.length.max()))
+        self._reach = float(radius.max()) or float(data.length.max())
         self._unit = np.tile(np.repeat([1.0, 1 / float(data.length.mean())], 3), n)
         if inertia is None:
             self._check_held()

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from types import TracebackType
-from typing import Any, Protocol, Self
+from typing import Any, Self
 
 import numpy as np
 import scipy.sparse as sp
@@ -14,8 +13,9 @@ from numpy.typing import NDArray
 from fem.factor import Factor
 from fem.inertia import Dynamics, Inertia
 from fem.integrators import Integrator, Static
-from fem.iteration_matrix import IterationMatrices, Stiffness
+from fem.iteration_matrix import IterationMatrices
 from fem.loads import Load, Support, evaluate, external_forces
+from fem.model import Model
 from fem.rigid import floating_modes, pin, rigid_modes
 from fem.space import Space
 from fem.supports import Supports
@@ -23,17 +23,6 @@ from fem.supports import Supports
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 SURFACE = "surface"
-
-
-class Model(Stiffness, Protocol):
-    """What a body is made of: element matrices and, independently of them, internal forces."""
-
-    @property
-    def axisymmetric(self) -> bool:
-        """Whether x = (r, z)."""
-
-    def forces(self, points: Floats, cells: Ints, u: Floats) -> Floats:
-        """Internal forces of cells (m, n) at their unknowns u (m, n)."""
 
 
 class Body:
@@ -70,7 +59,7 @@ class Body:
         **dynamics: Any,
     ) -> None:
         self.name, self.space, self.model = name, space, model
-        self.loads = list(loads)
+        self.supports, self.loads = list(supports), list(loads)
         self.frame = np.eye(space.dim) if frame is None else np.asarray(frame, dtype=float)
         if len(self.frame) != space.components:
             raise ValueError(f"body {name!r}: frame has {len(self.frame)} directions for {space.components} components")
@@ -98,7 +87,7 @@ class Body:
         R = self.rigid_modes()
         self.modes = floating_modes(space.comm, R, self.fixed)
         self.pins = pin(space.comm, self.modes)
-        self._matrices = IterationMatrices(space, model, R)
+        self._matrices = IterationMatrices(space, R)
         self._factor: Factor | None = None
 
     @property
@@ -190,9 +179,8 @@ class Body:
         t = integrator.load_time(t)
         self._prescribe(t)
         if self._loaded_at is None or (self._loaded_at != t and any(callable(load.value) for load in self.loads)):
-            loads = [
-                (load, self.space.piece.cells if load.tag is None else self.facets(load.tag)) for load in self.loads
-            ]
+            cells = self.space.piece.cells
+            loads = [(load, cells if load.tag is None else self.facets(load.tag)) for load in self.loads]
             self.load = external_forces(self.space, self.model.axisymmetric, loads, t)
             self._loaded_at = t
         finite = np.isfinite(self.u).all() and np.isfinite(self.load).all()
@@ -200,7 +188,8 @@ class Body:
             raise ValueError(f"body {self.name!r}: a support or load is not finite at t = {t:.6g}")
 
     def _prescribe(self, t: float) -> None:
-        self.u = self.space.local(self._supports.prescribe(self.coordinates(), t))
+        if self.supports:
+            self.u = self.space.local(self._supports.prescribe(self.coordinates(), t))
 
     def renew(self) -> None:
         """Let A be formed anew about the present state: nothing, as it does not depend on that."""
@@ -302,9 +291,8 @@ class Body:
         kinetic = 0.0
         if self.inertia is not None and self.v is not None:
             kinetic = float(self.v @ self.inertia.forces(self.v)) / 2
-        return dict(
-            zip(("kinetic", "strain"), self.space.comm.allreduce(np.array([kinetic, strain])).tolist(), strict=True)
-        )
+        kinetic, strain = self.space.comm.allreduce(np.array([kinetic, strain])).tolist()
+        return {"kinetic": kinetic, "strain": strain}
 
     # --- forces and solves ----------------------------------------------------------------------------------------
 
@@ -372,6 +360,11 @@ class Body:
         return float(f"{m:.10g}"), float(f"{k:.10g}")
 
     @property
+    def _solver(self) -> Factor:
+        assert self._factor is not None, "begin, assemble and factor come before a solve"
+        return self._factor
+
+    @property
     def A(self) -> Any:
         """The matrix of the present step; None before it is assembled."""
         return self._factor and self._factor.A
@@ -382,16 +375,11 @@ class Body:
 
     def assemble(self) -> None:
         """Form A, with unit rows where displacements are prescribed or pinned, unless that of this step is kept."""
-        self._factor = self._matrices.form(self._multiples, self.inertia, self.held)
+        self._factor = self._matrices.form(self._multiples, self.model, self.inertia, self.held)
 
     def factor(self) -> None:
         """Set up the solver of A, unless it is kept: a factorisation, or what ``-free_ksp_…`` ask for."""
         self._solver.setup()
-
-    @property
-    def _solver(self) -> Factor:
-        assert self._factor is not None, "begin, assemble and factor come before a solve"
-        return self._factor
 
     def solve(self, B: Floats) -> Floats:
         """X = A⁻¹ B for a block of right-hand sides at the owned unknowns, (owned, k). Collective."""
@@ -410,7 +398,5 @@ class Body:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()

@@ -26,8 +26,8 @@ class Dynamics:
     Parameters
     ----------
     density : mass per volume, of a bar or string per length, of a membrane per area; 0 moves without inertia
-    mass : ``consistent``, ``lumped``, or ``one-point``: each cell's by the velocity in its middle. In one dimension, with
-        first-order cells and dt = h/c, waves then have no dispersion by the midpoint rule: tan²(ω dt/2) = tan²(kh/2)
+    mass : ``consistent``, ``lumped``, or ``one-point``: that of the velocity in a cell's middle. In one dimension
+        with first-order cells and dt = h/c the midpoint rule then has no dispersion, tan²(ω dt/2) = tan²(kh/2)
     rayleigh : a [1/s], b [s] of the damping B = a M + b K
     velocity, displacement : at the start: numbers, one per component, or a function (x, t) of them
 

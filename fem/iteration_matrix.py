@@ -1,8 +1,8 @@
-"""The iteration matrix A = m M + k K of a linear body: formed and factorised once for each time step it is asked for."""
+"""The iteration matrix A = m M + k K of a linear body: formed once for each time step, and kept."""
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,22 +10,11 @@ from petsc4py import PETSc
 
 from fem.factor import Factor
 from fem.inertia import Inertia
+from fem.model import Model
 from fem.space import Space
 
 Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 FACTORS = 4  # kept at a time: a step that is halved and recovers finds the matrix of its dt again
-
-
-class Stiffness(Protocol):
-    """What a matrix needs to know of a material."""
-
-    @property
-    def mixed(self) -> bool:
-        """Whether pressures stand beside the displacements."""
-
-    def stiffness(self, points: Floats, cells: Ints) -> Floats:
-        """Element matrices (m, n, n)."""
 
 
 class IterationMatrices:
@@ -33,7 +22,7 @@ class IterationMatrices:
 
     Parameters
     ----------
-    space, model : unknowns and material
+    space : the body's unknowns
     near_null : motions (owned, r) that K hardly resists, for multigrid
 
     Attributes
@@ -41,8 +30,8 @@ class IterationMatrices:
     unit : of each owned unknown in A: pressures get one with which A is the same in all units
     """
 
-    def __init__(self, space: Space, model: Stiffness, near_null: Floats) -> None:
-        self.space, self.model, self.near_null = space, model, near_null
+    def __init__(self, space: Space, near_null: Floats) -> None:
+        self.space, self.near_null = space, near_null
         self.unit = np.ones(space.owned)
         self._kept: dict[tuple[float, float], Factor] = {}
 
@@ -50,28 +39,30 @@ class IterationMatrices:
         """The matrix of these (m, k), where it is kept."""
         return self._kept.get(multiples)
 
-    def form(self, multiples: tuple[float, float], inertia: Inertia | None, held: NDArray[np.bool_]) -> Factor:
+    def form(
+        self, multiples: tuple[float, float], model: Model, inertia: Inertia | None, held: NDArray[np.bool_]
+    ) -> Factor:
         """A = m M + k K with unit rows at `held` unknowns (owned), unless it is kept. Collective."""
         if (kept := self._kept.pop(multiples, None)) is None:
-            kept = self._new(*multiples, inertia, held)
+            kept = self._new(*multiples, model, inertia, held)
             while len(self._kept) >= FACTORS:
                 self._kept.pop(next(iter(self._kept))).close()
         self._kept[multiples] = kept  # the last used is the last to go
         return kept
 
-    def _new(self, m: float, k: float, inertia: Inertia | None, held: NDArray[np.bool_]) -> Factor:
+    def _new(self, m: float, k: float, model: Model, inertia: Inertia | None, held: NDArray[np.bool_]) -> Factor:
         space, piece = self.space, self.space.piece
-        K = k * self.model.stiffness(piece.points, piece.cells)
+        K = k * model.stiffness(piece.points, piece.cells)
         if inertia is not None:
             inertia.add(K, m)
-        if self.model.mixed:
+        if model.mixed:
             self._scale_pressures(K)
         A = space.sum_matrices(K)
         diagonal = A.getDiagonal()
         scale = diagonal.norm(PETSc.NormType.NORM_INFINITY) or 1.0
         diagonal.destroy()
         A.zeroRowsColumns((space.first + np.flatnonzero(held)).astype(PETSc.IntType), diag=scale)
-        if not self.model.mixed:
+        if not model.mixed:
             A.setOption(PETSc.Mat.Option.SPD, True)
         basis = [self._vec(column) for column in self.near_null.T]
         near = PETSc.NullSpace().create(vectors=_orthonormal(basis), comm=space.comm)

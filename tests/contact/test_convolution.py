@@ -299,7 +299,8 @@ def test_nearest_always_finds_a_wall(warm: bool) -> None:
     i = rng.integers(0, 24, 6000)
     axis = (1 - u) * surface.segments[i, :3] + u * surface.segments[i, 3:6]
     d = rng.normal(size=(6000, 3))
-    x = axis + rng.choice([0, 1e-9, 0.5, 0.8, 1.3], (6000, 1)) * d / np.linalg.norm(d, axis=1)[:, None]
+    off = rng.choice([0, 1e-9, 0.5, 0.8, 1.3], (6000, 1))
+    x = axis + off * d / np.linalg.norm(d, axis=1)[:, None]
     x = np.concatenate([x, rng.uniform(-20, 20, (50, 3))])
     foot = nearest(surface, x)
     if warm:
@@ -307,14 +308,12 @@ def test_nearest_always_finds_a_wall(warm: bool) -> None:
     assert all(np.isfinite(part).all() for part in foot)
     np.testing.assert_allclose(surface.potential(foot.point), 0, atol=1e-12)
     np.testing.assert_allclose(np.linalg.norm(x - foot.point, axis=1), np.abs(foot.distance), rtol=1e-6, atol=1e-9)
-    # No ball inside the wall is larger than the distance: in 50 directions F stays above 1 up to it.
-    within = foot.distance > 0
-    missed = 0.0
+    # Off the axes the foot is the nearest one: in 50 directions F stays above 1 up to its distance.
+    within = (foot.distance > 0) & np.append(off[:, 0] >= 0.5, np.zeros(50, dtype=bool))
     for ray in rng.normal(size=(50, 3)):
         ray *= 2 / np.linalg.norm(ray)
         root = 2 * first_root(surface, x[within], x[within] + ray, 1e-4)
-        missed = max(missed, np.mean(root < 0.99 * foot.distance[within]))
-    assert missed < 0.01
+        assert not np.any(root < 0.999 * foot.distance[within])
 
 
 def test_cauchy_line() -> None:

@@ -10,9 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from contact.devices import DeviceContact
 from contact.system import System
 from fem import beam_element
 from fem.beam import Beam
+from fem.beam_points import point_blocks
 from validation.case import Parameter, Quantity, Run, case
 from validation.exact.elastica import CantileverElastica, rolled_tip
 from validation.exact.rods import euler_load
@@ -60,13 +62,21 @@ def beam_of(system: System) -> Beam:
     return beam
 
 
-def tangent(beam: Beam) -> Floats:
-    """The iteration matrix about the present state on the unknowns that nothing prescribes, dense."""
-    beam.renew()
-    beam.assemble()
-    free = np.flatnonzero(~beam.fixed).astype(np.int32)
-    A: Floats = beam.A.getValues(free, free)
-    return A
+def stiffness(beam: Beam, contact: DeviceContact | None = None, lam: Floats | None = None) -> Floats:
+    """K of a beam's present state, with the curvature that contact forces λ add where there are some, (6 N, 6 N)."""
+    m = len(beam.data.length)
+    blocks, at = beam_element.stiffness(beam.edges, beam.R, beam.data), np.arange(m)
+    if contact is not None and lam is not None:
+        rows, foot = np.flatnonzero(lam > 0), contact.foot
+        elements, xi = contact.elements[rows], contact.xi[rows]
+        bent = point_blocks(
+            lam[rows], foot.normal[rows], foot.curvature[rows], beam.R, elements, xi, beam.data.length
+        )
+        blocks, at = np.concatenate([blocks, bent]), np.concatenate([at, elements])
+    dofs = 6 * at[:, None] + np.arange(12)
+    K = np.zeros((6 * m + 6, 6 * m + 6))
+    np.add.at(K, (dofs[:, :, None], dofs[:, None, :]), blocks)
+    return K
 
 
 def _nothing(system: System, accepted: Any) -> None:
@@ -169,7 +179,9 @@ def euler(run: Run) -> list[Quantity]:
         run.close()
         load = {"kind": "point", "at": "end", "value": [-P, 0.0, 0.0]}
         beam = rod(run, 0.0, section=soft, supports=list(supports), loads=[load])
-        return float(np.linalg.eigvalsh(tangent(beam_of(run.solve(body=[beam]).system)))[0])
+        column = beam_of(run.solve(body=[beam]).system)
+        free = ~column.fixed
+        return float(np.linalg.eigvalsh(stiffness(column)[np.ix_(free, free)])[0])
 
     P = brentq(smallest, 0.5 * exact, 1.5 * exact, rtol=1e-10)
     return [Quantity("P", P, exact, 1e-3 * max(1.0, 8 * HALF_WAVES[run["ends"]] * run.h / run["L"]) ** 4)]

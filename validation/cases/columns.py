@@ -6,19 +6,21 @@ motion, and a mass per length m with m/dt² = P²/2EI, twice what keeps A defini
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import null_space
+from scipy.optimize import brentq
 
+from contact.devices import DeviceContact
 from validation.case import Parameter, Quantity, Run, case
-from validation.cases.beams import beam_of, elements, planar, rod
+from validation.cases.beams import beam_of, elements, planar, rod, stiffness
 from validation.cases.rods import midway
 from validation.exact.elastica import ColumnElastica
-from validation.exact.rods import ColumnWalls
+from validation.exact.rods import ColumnWalls, DawsonPaslay
 
 Floats = NDArray[np.float64]
 STEPS = 25
+SOLVER = {"surface_error": 1e-6, "penetration": 1e-6}
 
 
 def _levels(parameters: dict[str, Parameter]) -> tuple[float, ...]:
@@ -51,8 +53,7 @@ def column_walls(run: Run) -> list[Quantity]:
         for n in (-1.0, 1.0)
     ]
     time = {"end": float(STEPS), "steps": STEPS, "integrator": "implicit-euler"}
-    solver = {"surface_error": 1e-6, "penetration": 1e-6}
-    solved = run.march(lambda *_: None, body=[beam], contact=walls, solver=solver, time=time)
+    solved = run.march(lambda *_: None, body=[beam], contact=walls, solver=SOLVER, time=time)
     body, lam = beam_of(solved.system), solved.forces(0)
     x = body.start[:, 0]
     s = float(lam @ np.minimum(x, L - x) / lam.sum())
@@ -73,3 +74,54 @@ def column_walls(run: Run) -> list[Quantity]:
         Quantity("linear_force", lam.sum(), linear.force, apart),
         Quantity("linear_shortening", shortening, linear.shortening, apart),
     ]
+
+
+@case(
+    "dawson-paslay",
+    {"EI": 1.0, "w": 1.0, "r": 0.1, "L": 5.299942},
+    levels=elements(12, 18, 24, 36),
+    orders=(1,),
+    rates={"P": {1: (4.0, 0.5)}},
+)
+def dawson_paslay(run: Run) -> list[Quantity]:
+    """A rod of weight w along the bottom of a tube: the compression P at which it buckles sideways.
+
+    There K with the curvature of contact becomes singular on the tangent space of the constraints that carry force.
+    """
+    exact = DawsonPaslay(**run.values("EI", "w", "r", "L"))
+    EI, w, r, L = (run[k] for k in ("EI", "w", "r", "L"))
+    supports = [{"at": "start", "hold": ["x", "y", "z", "rx"]}, {"at": "end", "hold": ["y", "z"]}]
+    weight = {"kind": "line", "value": [0.0, -w, 0.0]}
+    tube = {"kind": "cylinder", "centre": [0.0] * 3, "axis": [1.0, 0.0, 0.0], "radius": 2 * r, "inside": True}
+    mode = np.empty(0)
+
+    def smallest(P: float) -> float:
+        nonlocal mode
+        run.close()
+        push = {"kind": "point", "at": "end", "value": [-P, 0.0, 0.0]}
+        section = {"EA": 1e7 * EI / L**2, "mass": P**2 / EI}
+        beam = rod(run, r, section=section, placement={"start": [0.0, -r, 0.0]}, supports=supports, loads=[weight, push])
+        contact = {"body": "beam", "samples": 1, "surface": tube}
+        solved = run.march(
+            lambda *_: None,
+            body=[beam],
+            contact=[contact],
+            solver=SOLVER,
+            time={"end": 2.0, "steps": 2, "integrator": "implicit-euler"},
+        )
+        body, lam = beam_of(solved.system), solved.forces()
+        (pair,) = solved.system.pairs
+        assert isinstance(pair, DeviceContact)
+        rows, free = np.flatnonzero(lam > 0), ~body.fixed
+        H = solved.result.linearisation.H[body].take(rows).sparse().toarray()[:, free]
+        tangent = null_space(H)
+        values, vectors = np.linalg.eigh(tangent.T @ stiffness(body, pair, lam)[np.ix_(free, free)] @ tangent)
+        full = np.zeros(len(free))
+        full[free] = tangent @ vectors[:, 0]
+        mode = full[2::6]
+        return float(values[0])
+
+    P = brentq(smallest, 0.5 * exact.P, 1.5 * exact.P, rtol=1e-10)
+    sideways = mode[np.abs(mode) > 1e-6 * np.abs(mode).max()]
+    waves = 1 + np.count_nonzero(np.diff(np.sign(sideways)))
+    return [Quantity("P", P, exact.P, 1e-3 * max(1.0, 24 * run.h / L) ** 4), Quantity("n", waves, exact.n, 0.0)]
