@@ -124,17 +124,28 @@ class ConvolutionSurface:
         start = x if guess is None else np.ascontiguousarray(guess)
         lost, *found = closest(self.net, x, start, self.sign, 50)
         foot = Foot(*found)
+        if guess is None:
+            lost = self._doubt(x, foot)
         if lost:
             self._find_lost(x, foot)
         return foot
+
+    def _doubt(self, x: Floats, foot: Foot) -> int:
+        """Mark feet that are on another wall, nearer than any can be or on the other side, as lost; how many are."""
+        bound = self.lower_bound(x)
+        least = np.abs(bound) * (1 - 1e-6)
+        foot.distance[(np.abs(foot.distance) < least) | (foot.distance * bound < 0)] = np.nan
+        return int(np.isnan(foot.distance).sum())
 
     def _find_lost(self, x: Floats, foot: Foot) -> None:
         """Look for the feet that are NaN from elsewhere; where Newton's method never settles, the wall in sight."""
         for start in (lambda x: beside(self.kind, self.data, x), self._seen):
             lost = np.flatnonzero(np.isnan(foot.distance))
             _, *again = closest(self.net, x[lost], start(x[lost]), self.sign, 200)
-            for mine, found in zip(foot, again, strict=True):
-                mine[lost] = found
+            found = Foot(*again)
+            self._doubt(x[lost], found)
+            for mine, new in zip(foot, found, strict=True):
+                mine[lost] = new
         lost = np.flatnonzero(np.isnan(foot.distance))
         if lost.size:
             y = self._seen(x[lost])

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from contact.detection import first_root, nearest
 from contact.pairs import Constraints, check_interference
 from contact.rows import ElementRows
-from contact.solvers.problem import ContactNotConvergedError
 from contact.surfaces import Foot, Surface
 from fem import beam_points
 from fem.beam import Beam
@@ -134,32 +133,30 @@ class DeviceContact:
         return bound
 
     def _look(self, chosen: Bools, reach: Floats) -> None:
-        """Closest points and gaps of the chosen points; of those beyond `reach` only what their gap is at least.
-
-        Raises
-        ------
-        ContactNotConvergedError
-            where the surface has no closest point to show.
-        """
+        """Closest points and gaps of the chosen points; of those beyond `reach` only what their gap is at least."""
         rows = np.flatnonzero(chosen)
         if not rows.size:
             return
-        least = self.surface.lower_bound(self.at[rows]) - self.radius[rows]
+        bound = self.surface.lower_bound(self.at[rows])
+        least = bound - self.radius[rows]
         moved = self.at[rows] - self.seen[rows]
         self.known[rows], self.seen[rows] = least, self.at[rows]
         near = (least <= reach[rows]) | self.candidates[rows]
-        rows, moved = rows[near], moved[near]
+        rows, moved, bound = rows[near], moved[near], bound[near]
         old = self._looked[rows]
-        for part, guess in ((rows[old], self.foot.point[rows[old]] + moved[old]), (rows[~old], None)):
-            if part.size:
-                try:
-                    foot = nearest(self.surface, self.at[part], guess)
-                except ArithmeticError as error:
-                    raise ContactNotConvergedError(str(error), 0, np.inf) from None
-                for mine, found in zip(self.foot, foot, strict=True):
-                    mine[part] = found
-                self.known[part] = foot.distance - self.radius[part]
+        self._find(rows[old], self.foot.point[rows[old]] + moved[old])
+        self._find(rows[~old], None)
+        # A guess may lead to another wall, which is then nearer than any wall can be, or to its other side.
+        lost = rows[(self.foot.distance[rows] - bound) * np.sign(bound) < -1e-6 * np.abs(bound)]
+        self._find(lost, None)
         self._looked[rows] = True
+
+    def _find(self, rows: Ints, guess: Floats | None) -> None:
+        """The closest points of some points."""
+        if rows.size:
+            for mine, found in zip(self.foot, nearest(self.surface, self.at[rows], guess), strict=True):
+                mine[rows] = found
+            self.known[rows] = self.foot.distance[rows] - self.radius[rows]
 
     def gaps(self) -> Floats:
         """True gaps of the candidates, and what those of the others are at least, (c) [m]."""

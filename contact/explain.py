@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contact.scene import BodyTable, Elastic, MeshFile, MeshShape, Scene
+from contact.scene_devices import BeamTable
 
 WITHOUT_GMSH = {"interval"}
 
@@ -10,15 +11,23 @@ WITHOUT_GMSH = {"interval"}
 def explain(scene: Scene) -> str:
     """One line for each part that is built and for each that is not."""
     built, left_out = [], []
+    dynamic = scene.time.integrator != "static"
+    beams = {body.name for body in scene.bodies if isinstance(body, BeamTable)}
     for body in scene.bodies:
-        built.extend(_body(body))
+        built.extend(_beam(body, dynamic) if isinstance(body, BeamTable) else _body(body, dynamic))
     for contact in scene.contacts:
+        if contact.body in beams:
+            built.append(f"contact {contact.name!r}: points along {contact.body}, rows for those near the surface only")
+            continue
         rows = "one row of H per node" if contact.constraint == "nodal" else "one row of H per vertex (mortar)"
         planes = "formed once" if contact.sliding == "small" else "formed anew in each pass"
         built.append(f"contact {contact.name!r}: {rows} of {contact.body}/{contact.tag}, {planes}")
-    if scene.contacts:
+    if any(contact.body not in beams for contact in scene.contacts):
         built.append(f"Delassus operator: columns for the rows that method {scene.solver.method!r} asks for, each once")
-    left_out.append("mass and damping matrices: the scene is quasi-static")
+    elif scene.contacts:
+        built.append("Delassus operator: entries from the inverse's blocks along the beam, without solves")
+    if not dynamic:
+        left_out.append("mass and damping matrices: the scene is quasi-static")
     left_out.append("tangential rows: no contact names friction")
     rigid = [b.name for b in scene.bodies if b.kind == "rigid"]
     if rigid:
@@ -31,17 +40,31 @@ def explain(scene: Scene) -> str:
     return "\n".join([f"built: {line}" for line in built] + [f"left out: {line}" for line in left_out])
 
 
-def _body(body: BodyTable) -> list[str]:
+def _body(body: BodyTable, dynamic: bool) -> list[str]:
     if body.kind == "rigid":
-        return [f"body {body.name!r}: rigid motions as unknowns of the contact problem"]
+        how = "a mass matrix on its rigid motions" if dynamic else "rigid motions as unknowns of the contact problem"
+        return [f"body {body.name!r}: {how}"]
     kind = body.material.formulation if isinstance(body.material, Elastic) else body.kind
+    matrices = "mass and stiffness matrix" if dynamic else "stiffness matrix"
     return [
-        f"body {body.name!r}: one stiffness matrix ({kind}), factorised once",
+        f"body {body.name!r}: one {matrices} ({kind}), factorised once{' per step length' if dynamic else ''}",
         f"body {body.name!r}: {len(body.supports)} support(s), {len(body.loads)} load(s)",
     ]
 
 
-def _uses_gmsh(body: BodyTable) -> bool:
+def _beam(body: BeamTable, dynamic: bool) -> list[str]:
+    count = sum(section.elements for section in body.sections)
+    inertia = f", {body.mass} mass" if dynamic else ""
+    return [
+        f"body {body.name!r}: {count} beam elements in {len(body.sections)} section(s){inertia}, "
+        "one block-tridiagonal matrix, factorised where a pass does not contract",
+        f"body {body.name!r}: {len(body.supports)} support(s), {len(body.loads)} load(s)",
+    ]
+
+
+def _uses_gmsh(body: BodyTable | BeamTable) -> bool:
+    if isinstance(body, BeamTable):
+        return False
     source = body.mesh
     if isinstance(source, MeshFile) or not isinstance(source, MeshShape):
         return False

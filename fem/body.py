@@ -128,16 +128,15 @@ class Body:
 
     def _nodal_field(self, key: str, value: Any) -> Floats:
         """Local unknowns with `value`, or value(x, 0), as displacements."""
+        wanted = f"body {self.name!r}: {key} = {value!r}: must"
         try:
             field = evaluate(value, self.space.piece.points, 0.0, self.space.components)
         except ValueError:
-            raise ValueError(
-                f"body {self.name!r}: {key} = {value!r}: must give {self.space.components} components"
-            ) from None
+            raise ValueError(f"{wanted} give {self.space.components} components") from None
         local = np.zeros(len(self.space.local_dofs))
         local[self.space.displacements] = field.ravel()
         if not self.space.comm.allreduce(bool(np.isfinite(local).all()), op=min):
-            raise ValueError(f"body {self.name!r}: {key} = {value!r}: must be finite")
+            raise ValueError(f"{wanted} be finite")
         return local
 
     @cached_property

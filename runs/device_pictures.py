@@ -1,24 +1,20 @@
-"""Pictures of devices in vessels: stills and animations of a record with beams; pyvista is loaded only here, on demand.
-
-Every obstacle is drawn as the zero level of its potential, so that what is seen is what the contacts are detected on.
-"""
+"""Pictures of devices in vessels, stills and animations; pyvista is loaded only on demand."""
 
 from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
-from scipy.spatial import cKDTree
 
 from contact.record import RecordReader
 from contact.surfaces import Surface
+from runs.device_sights import Sight, View, beams_of, sight_of, smooth
 from runs.pictures import BLUE, GREY, VERMILLION, Floats, Ints
 from runs.plot import DPI, Frame, footer, new_figure, title
 
@@ -31,183 +27,10 @@ WIDTH, COLOUR_BAR = 10.7, 0.9
 FRAMES, PER_SECOND = 150, 15
 """Of an animation, at most, and how many it shows a second."""
 
-FINE, COARSE = 900, 280
-"""The wall's grid resolves the smallest vessel in sight by four cells a radius, between these parts of the diagonal."""
-
 COLOURS, STEEL, WALL = "plasma", "#64768A", np.array([0.90, 0.40, 0.33])
 
 DECADES = 1e3
 """The largest contact force over the smallest one that has a colour of its own."""
-
-CORNERS = np.array([[i, j, k] for k in (0, 1) for j in (0, 1) for i in (0, 1)])
-"""Corners of a cell in the order of VTK's voxel."""
-
-
-class Wall(NamedTuple):
-    """Triangles (m, 3) of the zero level of a potential: points and unit normals to the allowed side, (n, 3)."""
-
-    points: Floats
-    normals: Floats
-    triangles: Ints
-
-
-class View(NamedTuple):
-    """A parallel projection: unit vectors to the right, upwards and to the eye, and what it shows [m]."""
-
-    right: Floats
-    up: Floats
-    eye: Floats
-    centre: Floats
-    width: float
-    height: float
-
-
-@dataclass(frozen=True, eq=False)
-class Sight:
-    """What all pictures of a record have in common.
-
-    Attributes
-    ----------
-    walls : list of Wall
-    views : the front and the side
-    size : diagonal of what is looked at [m]
-    top : contact force at the end of the colours [N]
-    """
-
-    walls: list[Wall]
-    views: tuple[View, View]
-    size: float
-    top: float
-
-
-def wall_of(surface: Surface, low: Floats, high: Floats, spacing: float) -> Wall:
-    """The zero level of a surface's potential in the box from `low` to `high` by marching cubes of side `spacing` [m].
-
-    Cells four times as large are divided twice, after those are left out that the surface's bound of the distance
-    excludes: time and memory grow with the area of the wall. Three Newton steps along ∇g bring the points onto it.
-    """
-    import pyvista
-
-    pyvista.vtk_verbosity("off")
-    count = np.maximum(np.ceil((high - low) / (4 * spacing)).astype(np.int64), 1)
-    cells = np.stack(np.meshgrid(*(np.arange(n) for n in count), indexing="ij"), axis=-1).reshape(-1, 3)
-    for parts in (4, 2, 1):
-        side = parts * spacing
-        near = np.abs(surface.lower_bound(low + (cells + 0.5) * side)) <= np.sqrt(0.75) * side
-        cells = cells[near]
-        if parts > 1:
-            cells = (2 * cells[:, None] + CORNERS).reshape(-1, 3)
-    strides = np.cumprod([1, *(4 * count[:2] + 1)])
-    keys, corner = np.unique((cells[:, None] + CORNERS) @ strides, return_inverse=True)
-    corner = corner.reshape(-1, 8)
-    index = np.stack(np.unravel_index(keys, 4 * count + 1, order="F"), axis=1)
-    points = low + index * spacing
-    g = surface.potential(points)
-    crossed = (g[corner] > 0).any(axis=1) & (g[corner] <= 0).any(axis=1)
-    if not crossed.any():
-        return Wall(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64))
-    grid = pyvista.UnstructuredGrid({pyvista.CellType.VOXEL: corner[crossed]}, points)
-    level = grid.contour([0.0], scalars=g)
-    x = np.asarray(level.points, dtype=float)
-    for _ in range(3):
-        g, n = surface.potential(x), surface.gradient(x)
-        step = -(g / np.maximum((n**2).sum(axis=1), 1e-300))[:, None] * n
-        x += step * np.minimum(1.0, 0.5 * spacing / np.maximum(np.linalg.norm(step, axis=1), 1e-300))[:, None]
-    n = surface.gradient(x)
-    return Wall(x, n / np.linalg.norm(n, axis=1)[:, None], level.regular_faces)
-
-
-def beams_of(frame: Frame) -> list[Ints]:
-    """The nodes of each beam, from end to end."""
-    grid, radius = frame.bodies.grid, frame.point_data["radius"]
-    lines = np.flatnonzero(grid.types == 3)
-    pairs = grid.connectivity[grid.offsets[lines][:, None] + [0, 1]]
-    pairs, body = pairs[radius[pairs[:, 0]] > 0], grid.body[lines][radius[pairs[:, 0]] > 0]
-    return [np.append(pairs[body == b, 0], pairs[body == b, 1][-1]) for b in np.unique(body)]
-
-
-def smooth(x: Floats, r: Floats, parts: int = 6) -> tuple[Floats, Floats]:
-    """A cubic spline through the nodes x (n, 3) of a beam, `parts` pieces an element, and the radius along it."""
-    s = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(x, axis=0), axis=1)))
-    at = np.interp(np.arange(parts * (len(x) - 1) + 1) / parts, np.arange(len(x)), s)
-    return np.asarray(CubicSpline(s, x)(at)), np.interp(at, s, r)
-
-
-def focus(x: Floats, r: Floats) -> Floats:
-    """The nodes of a beam to look at: of a straight stretch behind it (but for play) a third of its size."""
-    straight = [k for k in range(2, len(x)) if _off_chord(x[: k + 1]) < 2 * r[0]]
-    first = max(straight, default=0)
-    size = np.linalg.norm(np.ptp(x[first:], axis=0))
-    if first == 0 or first == len(x) - 1:
-        return x
-    near = np.linalg.norm(x - x[first], axis=1) < size / 3
-    return x[(np.arange(len(x)) >= first) | near]
-
-
-def _off_chord(x: Floats) -> float:
-    """The largest distance of points from the line through the first and the last [m]."""
-    t = (x[-1] - x[0]) / np.linalg.norm(x[-1] - x[0])
-    away = x - x[0]
-    return float(np.linalg.norm(away - (away @ t)[:, None] * t, axis=1).max())
-
-
-def sight_of(frame: Frame, surfaces: Sequence[Surface], top: float) -> Sight:
-    """What pictures of a record show when they are to show this step."""
-    x, r = frame.bodies.positions, frame.point_data["radius"]
-    seen = np.concatenate([focus(x[beam], r[beam]) for beam in beams_of(frame)])
-    extent = float(np.linalg.norm(np.ptp(seen, axis=0)))
-    low, high = seen.min(axis=0) - 0.45 * extent, seen.max(axis=0) + 0.45 * extent
-    size = float(np.linalg.norm(high - low))
-    walls = [wall_of(surface, low, high, _spacing(surface, low, high, size)) for surface in surfaces]
-    shown = [seen - 2 * r.max(), seen + 2 * r.max()]
-    tree = cKDTree(seen)
-    for wall in walls:
-        if len(wall.points):
-            # The wall about the device is in the picture, and as much again of what comes behind it.
-            gap = cKDTree(wall.points).query(seen)[0].max()
-            shown.append(wall.points[tree.query(wall.points)[0] < 1.5 * gap])
-    return Sight(walls, views_of(np.concatenate(shown)), extent, top)
-
-
-def _surfaces(frame: Frame) -> list[Surface]:
-    """The scene's obstacles; none, and a line that says so, where their file is missing."""
-    try:
-        return [surface for surface, _ in frame.obstacles()]
-    except FileNotFoundError as error:
-        print(f"signorini: {error}: drawn without the wall", file=sys.stderr)
-        return []
-
-
-def _spacing(surface: Surface, low: Floats, high: Floats, size: float) -> float:
-    """A quarter of the radius of the thinnest segment in the box, between the bounds of the resolution [m]."""
-    segments = getattr(surface, "segments", np.zeros((0, 8)))
-    inside = ((segments[:, :3] > low) & (segments[:, :3] < high)).all(axis=1)
-    thinnest = float(segments[inside, 6:8].min(initial=np.inf)) if segments.shape[1] == 8 else np.inf
-    return float(np.clip(thinnest / 4, size / FINE, size / COARSE))
-
-
-def views_of(x: Floats) -> tuple[View, View]:
-    """The front, where points x (n, 3) are flattest, and the side, at one scale; both are seen a little from above."""
-    extent = np.ptp(x, axis=0)
-    across = int(np.argmin(extent))
-    up, towards = np.eye(3)[2 if across < 2 else 1], np.eye(3)[across]
-    # Right, up and towards the eye are a right-handed system, with positive coordinates to the right in front.
-    front = np.array([0, -1, 0]) if across == 1 else towards
-    side = np.cross(up, front)
-    frames = []
-    for eye in (front + 0.35 * side, side - 0.35 * front):
-        eye = eye / np.linalg.norm(eye) + 0.36 * up
-        eye /= np.linalg.norm(eye)
-        right = np.cross(up, eye) / np.linalg.norm(np.cross(up, eye))
-        frames.append(np.stack([right, np.cross(eye, right), eye]))
-    low, high = (np.stack([f(x @ axes.T, axis=0) for axes in frames]) for f in (np.min, np.max))
-    width, height = 1.06 * (high - low)[:, 0], 1.06 * float((high - low)[:, 1].max())
-    # Neither a strip nor a tower.
-    height = max(height, float(width.sum()) / 3.2)
-    width *= max(1.0, 1.5 * height / float(width.sum()))
-    centres = (low + high) / 2
-    one, two = (View(*f, c @ f, float(w), height) for f, c, w in zip(frames, centres, width, strict=True))
-    return one, two
 
 
 class Stage:
@@ -220,8 +43,8 @@ class Stage:
     """
 
     def __init__(self, sight: Sight, view: View, pixels: float) -> None:
-        import pyvista
-
+        pyvista = _pyvista()
+        # Without a display VTK complains before it finds EGL or OSMesa.
         pyvista.vtk_verbosity("off")
         self.sight, self.view = sight, view
         size = round(view.width * pixels), round(view.height * pixels)
@@ -231,8 +54,8 @@ class Stage:
         self.plotter.set_background("white")
         for wall in sight.walls:
             if len(wall.points):
-                # From the furthest to the nearest, as translucent triangles must be drawn; depth peeling does not work on
-                # every software renderer.
+                # Translucent triangles are drawn from the furthest to the nearest: depth peeling, which would order
+                # them, shows nothing where VTK renders without a graphics card.
                 depth = (wall.points @ view.eye)[wall.triangles].sum(axis=1)
                 mesh = pyvista.PolyData.from_regular_faces(wall.points, wall.triangles[np.argsort(depth)])
                 mesh.point_data.active_normals = wall.normals
@@ -253,36 +76,35 @@ class Stage:
 
     def shot(self, frame: Frame) -> NDArray[np.uint8]:
         """The step as an image (h, w, 3)."""
-        import pyvista
-
+        pyvista = _pyvista()
         x, radius = frame.bodies.positions, frame.point_data["radius"]
+        # Nothing is rendered, and the camera stays, until all is there.
+        look = {"reset_camera": False, "render": False}
         for number, beam in enumerate(beams_of(frame)):
             points, r = smooth(x[beam], radius[beam])
             line = pyvista.MultipleLines(points)
             line["radius"] = r
             tube = line.tube(scalars="radius", absolute=True, n_sides=20, capping=True)
-            self.plotter.add_mesh(
-                tube, name=f"device {number}", color=STEEL, smooth_shading=True, specular=0.6, specular_power=20,
-                reset_camera=False,
-            )  # fmt: skip
-        self.plotter.remove_actor(["planes", "rims", "points"], reset_camera=False)
+            metal = {"color": STEEL, "smooth_shading": True, "ambient": 0.15, "specular": 0.6, "specular_power": 20}
+            self.plotter.add_mesh(tube, name=f"device {number}", **metal, **look)
+        self.plotter.remove_actor(["planes", "rims", "points"], **look)
         active = frame.contact["lambda"] > 0
         if active.any():
             contacts = pyvista.PolyData(frame.contact["point"][active])
             contacts["normal"], contacts["force"] = frame.contact["normal"][active], frame.contact["lambda"][active]
             disc = max(2 * float(radius.max()), 0.012 * self.sight.size)
             plane = pyvista.Disc(inner=0, outer=disc, normal=(1, 0, 0), r_res=1, c_res=32)
-            rim = pyvista.Disc(inner=0.93 * disc, outer=disc, normal=(1, 0, 0), r_res=1, c_res=32)
+            rim = pyvista.Disc(inner=disc, outer=1.1 * disc, normal=(1, 0, 0), r_res=1, c_res=32)
             ball = pyvista.Sphere(radius=0.4 * disc)
-            look = {"reset_camera": False, "show_scalar_bar": False}
+            look["show_scalar_bar"] = False
             for name, shape, colour in (("planes", plane, "white"), ("rims", rim, "dimgrey")):
                 shapes = contacts.glyph(orient="normal", scale=False, geom=shape)
                 self.plotter.add_mesh(shapes, name=name, color=colour, lighting=False, **look)
             points = contacts.glyph(orient=False, scale=False, geom=ball)
+            colours = {"scalars": "force", "cmap": COLOURS, "clim": (self.sight.top / DECADES, self.sight.top)}
             self.plotter.add_mesh(
-                points, name="points", scalars="force", cmap=COLOURS, clim=(self.sight.top / DECADES, self.sight.top), log_scale=True, smooth_shading=True,
-                ambient=0.4, **look,
-            )  # fmt: skip
+                points, name="points", log_scale=True, smooth_shading=True, ambient=0.4, **colours, **look
+            )
         image: NDArray[np.uint8] = self.plotter.screenshot(return_img=True)
         return image
 
@@ -311,7 +133,7 @@ def device_figure(path_record: str | os.PathLike[str], step: int = -1) -> Figure
     OSError
         where VTK finds nothing to render with.
     """
-    _need_pyvista()
+    _pyvista()
     frame = Frame.read(path_record, step)
     history = History.read(path_record)
     lam = frame.contact["lambda"]
@@ -343,7 +165,7 @@ def animate(path_record: str | os.PathLike[str], path_movie: str | os.PathLike[s
     ImportError, ValueError, OSError
         as `device_figure`, and where the ending is another or what writes it is missing.
     """
-    _need_pyvista()
+    _pyvista()
     writer = _writer(Path(path_movie))
     history = History.read(path_record)
     last = Frame.read(path_record, -1)
@@ -362,6 +184,9 @@ def animate(path_record: str | os.PathLike[str], path_movie: str | os.PathLike[s
         below.legend(fontsize=8, loc="upper left")
         now = below.axvline(float(last.row["time"]), color="black", linewidth=0.8)
         heading = figure.suptitle(title(last), fontsize=11)
+        # Laid out once: every frame has the same places.
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")
         with writer.saving(figure, os.fspath(path_movie), 100):
             for step in steps:
                 frame = Frame.read(path_record, int(step))
@@ -369,6 +194,15 @@ def animate(path_record: str | os.PathLike[str], path_movie: str | os.PathLike[s
                 now.set_xdata([frame.row["time"]] * 2)
                 heading.set_text(title(frame))
                 writer.grab_frame()
+
+
+def _surfaces(frame: Frame) -> list[Surface]:
+    """The scene's obstacles; none, and a line that says so, where their file is missing."""
+    try:
+        return [surface for surface, _ in frame.obstacles()]
+    except FileNotFoundError as error:
+        print(f"signorini: {error}: drawn without the wall", file=sys.stderr)
+        return []
 
 
 @dataclass(frozen=True, eq=False)
@@ -457,6 +291,7 @@ def _draw_history(axes: list[Any], history: History, time: float) -> None:
     factor, unit = _unit(float(history.total.max(initial=0.0)))
     axes[0].plot(history.time, factor * history.total, color=BLUE, linewidth=1, label="sum")
     axes[0].plot(history.time, factor * history.largest, color=VERMILLION, linewidth=1, label="largest")
+    axes[0].set_ylim(bottom=0)
     axes[0].set_title(f"contact force [{unit}]", fontsize=9)
     _draw_contacts(axes[1], history)
     axes[2].plot(history.time, history.passes, ".", color=BLUE, markersize=3, label="passes")
@@ -490,19 +325,18 @@ def _writer(path: Path) -> Any:
     if path.suffix == ".gif":
         return animation.PillowWriter(fps=PER_SECOND)
     try:
-        import imageio_ffmpeg
+        ffmpeg = import_module("imageio_ffmpeg")
     except ImportError:
         raise ImportError(
             f"{path}: an .mp4 needs imageio-ffmpeg: pip install imageio-ffmpeg, or write a .gif"
         ) from None
-    rcParams["animation.ffmpeg_path"] = imageio_ffmpeg.get_ffmpeg_exe()
+    rcParams["animation.ffmpeg_path"] = ffmpeg.get_ffmpeg_exe()
     return animation.FFMpegWriter(fps=PER_SECOND)
 
 
-def _need_pyvista() -> None:
+def _pyvista() -> Any:
     try:
         import pyvista
     except ImportError:
         raise ImportError("pictures of devices need pyvista: pip install 'signorini[plot]'") from None
-    # Without a display VTK complains before it finds EGL or OSMesa.
-    pyvista.vtk_verbosity("off")
+    return pyvista

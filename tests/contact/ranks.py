@@ -9,6 +9,7 @@ from mpi4py import MPI
 
 import validation.cases  # noqa: F401  enters the cases
 from contact.build import build
+from contact.loop import AcceptedStep, march
 from contact.scene import Scene
 from contact.step import step
 from fem.body import Body
@@ -40,7 +41,7 @@ def quantities(comm: Any) -> dict[str, float]:
         for quantity in case.solve(run):
             result[f"{name} {changes} {order}: {quantity.name}"] = quantity.computed
         run.close()
-    return result | _sliding_block(comm) | _corner(comm)
+    return result | _sliding_block(comm) | _falling_block(comm) | _corner(comm)
 
 
 def _sliding_block(comm: Any) -> dict[str, float]:
@@ -60,6 +61,46 @@ def _sliding_block(comm: Any) -> dict[str, float]:
     energy = comm.allreduce(float(system.bodies[0].internal_forces() @ system.bodies[0].owned(system.bodies[0].u)))
     system.close()
     return {"block: force": found.lam.sum(), "block: norm": float(np.linalg.norm(found.lam)), "block: energy": energy}
+
+
+def _falling_block(comm: Any) -> dict[str, float]:
+    """A block falls askew on a plane and leaves it, by either integrator: impulse, energy and the velocity's norm."""
+    result = {}
+    for integrator in ("midpoint", "implicit-euler"):
+        body = {
+            "name": "body",
+            "mesh": {"shape": "box", "size": [1.0, 1.0], "n": 5, "structured": True},
+            "material": {"E": 2.0, "nu": 0.3, "state": "plane-strain"},
+            "density": 1.0,
+            "rayleigh": [0.01, 0.02],
+            "velocity": ["0.1*y", "-0.3 - 0.1*x"],
+            "loads": [{"kind": "body", "value": [0.0, -0.1]}],
+        }
+        floor = {"kind": "plane", "point": [0.0, -0.05], "normal": [0.1, 1.0]}
+        scene = Scene.model_validate(
+            {
+                "time": {"end": 3.0, "steps": 20, "integrator": integrator},
+                "body": [body],
+                "contact": [{"body": "body", "tag": "bottom", "surface": floor}],
+            }
+        )
+        system = build(scene, comm)
+        system.prepare()
+        forces: list[float] = []
+
+        def sink(accepted: AcceptedStep, forces: list[float] = forces) -> None:
+            forces.append(accepted.result.lam.sum())
+
+        march(system, scene, sink)
+        (block,) = system.bodies
+        v = block.checkpoint()["v"]
+        assert max(forces) > 0
+        assert forces[-1] == 0
+        result |= {f"{integrator}: {name}": value for name, value in block.energy().items()}
+        result[f"{integrator}: force"] = sum(forces)
+        result[f"{integrator}: velocity"] = comm.allreduce(float(v @ v))
+        system.close()
+    return result
 
 
 def _corner(comm: Any) -> dict[str, float]:

@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 from contact.devices import DeviceContact
 from validation.case import Parameter, Quantity, Run, case
-from validation.cases.beams import beam_of, elements, planar, rod, stiffness
+from validation.cases.beams import beam_of, elements, planar, rod, slopes, stiffness
 from validation.cases.rods import midway
 from validation.exact.elastica import ColumnElastica
 from validation.exact.rods import ColumnWalls, DawsonPaslay
@@ -27,8 +27,8 @@ def _levels(parameters: dict[str, Parameter]) -> tuple[float, ...]:
     """The middle on a node in point contact, the ends s of line contact half way between two nodes."""
     exact = ColumnElastica(**parameters)  # type: ignore[arg-type]
     if exact.regime != "line":
-        return elements(8, 16, 32, 64)(parameters)
-    return midway(exact.s, exact.L, 48, 96)
+        return elements(8, 12, 16, 24)(parameters)
+    return midway(exact.s, exact.L, 30, 60)
 
 
 @case(
@@ -47,7 +47,7 @@ def column_walls(run: Run) -> list[Quantity]:
     push = {"kind": "line", "value": [0.0, f"{0.3 * d * inertia!r} * exp(-t)", 0.0]}
     load = {"kind": "point", "at": "end", "value": [-P, 0.0, 0.0]}
     supports = planar(run, {"at": "start", "hold": ["x", "y", "z"]}, {"at": "end", "hold": ["y", "z"]})
-    beam = rod(run, d, section={"mass": inertia}, supports=supports, loads=[load, push])
+    beam = rod(run, d, section={"EA": 1e8 * EI / L**2, "mass": inertia}, supports=supports, loads=[load, push])
     walls = [
         {"body": "beam", "samples": 1, "surface": {"kind": "plane", "point": [0.0, -2 * n * d, 0.0], "normal": [0.0, n, 0.0]}}
         for n in (-1.0, 1.0)
@@ -58,19 +58,18 @@ def column_walls(run: Run) -> list[Quantity]:
     x = body.start[:, 0]
     s = float(lam @ np.minimum(x, L - x) / lam.sum())
     EA = body.data.axial[0, 0] * body.data.length[0]
-    angle = np.arctan2(body.R[0, 1, 0], body.R[0, 0, 0])
     shortening = L - body.x[-1, 0] - P * L / EA
-    limit = (1e-3 if d <= 1e-3 * L else 2e-3) * max(1.0, 32 * run.h / exact.s) ** 2
+    coarse = (20 * run.h / exact.s) ** 2 if exact.regime == "line" else (8 * run.h / exact.s) ** 4
+    limit = (1e-3 if d <= 1e-3 * L else 2e-3) * max(1.0, coarse)
     linear = ColumnWalls(EI=EI, L=L, P=P, d=d)
-    # Of the linear formula there is an error of the square of slopes, (πd/L)².
-    apart = limit + 8 * (d / L) ** 2 * np.pi**2
+    apart = limit + 5 * (d / L) ** 2  # slopes are of the order of d/L
     return [
         Quantity("force", lam.sum() + solved.forces(1).sum(), exact.force, limit),
         Quantity("reaction", lam.sum() / (2 if exact.regime == "line" else 1), exact.reaction, limit),
         Quantity("pin_force", abs(body.reactions()[0, 1]), exact.pin_force, limit),
         Quantity("s", s, exact.s, limit),
         Quantity("shortening", shortening, exact.shortening, limit),
-        Quantity("end_angle", angle, exact.end_angle, limit),
+        Quantity("end_angle", slopes(body)[0], exact.end_angle, limit),
         Quantity("linear_force", lam.sum(), linear.force, apart),
         Quantity("linear_shortening", shortening, linear.shortening, apart),
     ]
@@ -81,12 +80,13 @@ def column_walls(run: Run) -> list[Quantity]:
     {"EI": 1.0, "w": 1.0, "r": 0.1, "L": 5.299942},
     levels=elements(12, 18, 24, 36),
     orders=(1,),
-    rates={"P": {1: (4.0, 0.5)}},
+    rates={"P": {1: (3.0, 0.4)}},
 )
 def dawson_paslay(run: Run) -> list[Quantity]:
     """A rod of weight w along the bottom of a tube: the compression P at which it buckles sideways.
 
     There K with the curvature of contact becomes singular on the tangent space of the constraints that carry force.
+    Next to the supports the nodes share the weight unevenly; where the mode is small that leaves an error of h³.
     """
     exact = DawsonPaslay(**run.values("EI", "w", "r", "L"))
     EI, w, r, L = (run[k] for k in ("EI", "w", "r", "L"))
@@ -107,7 +107,7 @@ def dawson_paslay(run: Run) -> list[Quantity]:
             body=[beam],
             contact=[contact],
             solver=SOLVER,
-            time={"end": 2.0, "steps": 2, "integrator": "implicit-euler"},
+            time={"end": 5.0, "steps": 5, "integrator": "implicit-euler"},
         )
         body, lam = beam_of(solved.system), solved.forces()
         (pair,) = solved.system.pairs
@@ -124,4 +124,4 @@ def dawson_paslay(run: Run) -> list[Quantity]:
     P = brentq(smallest, 0.5 * exact.P, 1.5 * exact.P, rtol=1e-10)
     sideways = mode[np.abs(mode) > 1e-6 * np.abs(mode).max()]
     waves = 1 + np.count_nonzero(np.diff(np.sign(sideways)))
-    return [Quantity("P", P, exact.P, 1e-3 * max(1.0, 24 * run.h / L) ** 4), Quantity("n", waves, exact.n, 0.0)]
+    return [Quantity("P", P, exact.P, 1e-3 * max(1.0, 24 * run.h / L) ** 3), Quantity("n", waves, exact.n, 0.0)]
