@@ -1,5 +1,29 @@
 """The catalogue: one file a family, one function a case; imported, they stand in `validation.case.CASES`."""
 
-from validation.cases import axisymmetric, bars, cylinders, half_plane, impacts, layers, membranes
+from validation.cases import (
+    axisymmetric,
+    bars,
+    beams,
+    columns,
+    cylinders,
+    half_plane,
+    impacts,
+    layers,
+    membranes,
+    rods,
+    tubes,
+)
 
-__all__ = ["axisymmetric", "bars", "cylinders", "half_plane", "impacts", "layers", "membranes"]
+__all__ = [
+    "axisymmetric",
+    "bars",
+    "beams",
+    "columns",
+    "cylinders",
+    "half_plane",
+    "impacts",
+    "layers",
+    "membranes",
+    "rods",
+    "tubes",
+]

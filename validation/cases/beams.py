@@ -102,7 +102,7 @@ def circle(run: Run) -> list[Quantity]:
     M = 2 * np.pi * run["EI"] / run["L"]
     load = {"kind": "point", "at": "end", "moment": [0.0, 0.0, f"{M!r} * t"]}
     beam = rod(run, 0.0, supports=[{"at": "start"}], loads=[load])
-    tip = beam_of(run.march(_nothing, body=[beam], time={"steps": 20}).system)
+    tip = beam_of(run.march(_nothing, body=[beam], time={"steps": 40}).system)
     x, y, turn = rolled_tip(EI=run["EI"], L=run["L"], M=M)
     gap = float(np.hypot(*(tip.x[-1, :2] - [x, y])) / run["L"])
     half = count(run) // 2

@@ -28,7 +28,7 @@ def _levels(parameters: dict[str, Parameter]) -> tuple[float, ...]:
     exact = ColumnElastica(**parameters)  # type: ignore[arg-type]
     if exact.regime != "line":
         return elements(8, 12, 16, 24)(parameters)
-    return midway(exact.s, exact.L, 30, 60)
+    return midway(exact.s, exact.L, 30, 2)
 
 
 @case(
@@ -59,7 +59,7 @@ def column_walls(run: Run) -> list[Quantity]:
     s = float(lam @ np.minimum(x, L - x) / lam.sum())
     EA = body.data.axial[0, 0] * body.data.length[0]
     shortening = L - body.x[-1, 0] - P * L / EA
-    coarse = (20 * run.h / exact.s) ** 2 if exact.regime == "line" else (8 * run.h / exact.s) ** 4
+    coarse = (30 * run.h / exact.s) ** 2 if exact.regime == "line" else (8 * run.h / exact.s) ** 4
     limit = (1e-3 if d <= 1e-3 * L else 2e-3) * max(1.0, coarse)
     linear = ColumnWalls(EI=EI, L=L, P=P, d=d)
     apart = limit + 5 * (d / L) ** 2  # slopes are of the order of d/L
@@ -124,4 +124,4 @@ def dawson_paslay(run: Run) -> list[Quantity]:
     P = brentq(smallest, 0.5 * exact.P, 1.5 * exact.P, rtol=1e-10)
     sideways = mode[np.abs(mode) > 1e-6 * np.abs(mode).max()]
     waves = 1 + np.count_nonzero(np.diff(np.sign(sideways)))
-    return [Quantity("P", P, exact.P, 1e-3 * max(1.0, 24 * run.h / L) ** 3), Quantity("n", waves, exact.n, 0.0)]
+    return [Quantity("P", P, exact.P, 1e-3 * max(1.0, 30 * run.h / L) ** 3), Quantity("n", waves, exact.n, 0.0)]

@@ -31,7 +31,7 @@ def _levels(parameters: dict[str, Parameter]) -> tuple[float, ...]:
     exact = WireTubeElastica(**parameters)  # type: ignore[arg-type]
     if exact.regime != "line":
         return elements(8, 16)(parameters)
-    return midway(exact.s, exact.L, 24, 36, 54, 80)
+    return midway(exact.s, exact.L, 20)
 
 
 @case(
@@ -65,7 +65,7 @@ def wire_tube(run: Run) -> list[Quantity]:
     inner[[0, -1]] = 0.0
     bend = (np.diff(slopes(body)) / body.data.length)[count(run) // 2 :]
     tip = (lam[0] + lam[-1]) / 2
-    limit = 2e-3 * max(1.0, 20 * run.h / exact.s if exact.regime == "line" else 4 * run.h / exact.s) ** 2
+    limit = 2e-3 * max(1.0, 30 * run.h / exact.s if exact.regime == "line" else 4 * run.h / exact.s) ** 2
     linear = WireTube(EI=EI, L=L, R=R, c=c)
     return [
         Quantity("tip_force", tip, exact.tip_force, limit),
@@ -182,7 +182,7 @@ def spring_surface(run: Run) -> list[Quantity]:
     """A point on a spring k, anchored at the depth d outside the tube of an endless line: λ = kd where it is closest."""
     exact = SpringSurface(**run.values("k", "d", "s", "T"))
     k, d, radius = run["k"], run["d"], exact.radius
-    a, L = 1e-3 * radius, radius / 2 + d
+    a, L = 0.6 * d, radius / 2 + d
     # No direction is one of coordinates; the line passes through the origin.
     line, out = np.array([2.0, 3.0, 6.0]) / 7, np.array([6.0, 2.0, -3.0]) / 7
     far = 1e3 / run["s"] * line
