@@ -11,7 +11,7 @@ from contact.system import Linearisation, System
 
 Floats = NDArray[np.float64]
 
-ROUNDING = 1e-8  # of the size: 1e-8 of that is the round-off of positions, below which gaps mean nothing
+ROUNDING = 1e-7  # of the size: 1e-8 of that is the round-off of positions, below which gaps mean nothing
 LOADED = 1e-8  # a contact whose force moves less than this part of ℓ does not count as active
 
 
@@ -29,7 +29,7 @@ class Tolerances:
 class Certificate:
     """Scale-free residuals of a state with contact forces λ and true gaps δ.
 
-    complementarity : max|min(D_i λ_i, δ_i)| / ℓ with ℓ = max(max(−δ_f)₊, max|δ − δ_f|, 1e-8 × size), D = diag W
+    complementarity : max|min(D_i λ_i, δ_i)| / ℓ with ℓ = max(max(−δ_f)₊, max|δ − δ_f|, 1e-7 × size), D = diag W
     equilibrium : the worst body's ‖f_int − f_ext − Hᵀλ‖ / (‖f_int‖ + ‖f_ext‖ + ‖Hᵀλ‖)
     surface_error : the largest |δ_i| of active contacts, D_i |λ_i| > 1e-8 ℓ, over the body's size or device's radius
     penetration : the deepest −δ_i, over the same

@@ -50,7 +50,7 @@ class DeviceContact:
         self.known = np.zeros(self.count)  # what the gap of each point is at least where it was last looked at …
         self.seen = self.places.copy()  # … and that place
         self.foot = Foot(np.zeros(self.count), self.places.copy(), np.eye(3)[np.zeros(self.count, int)], np.zeros((self.count, 3, 3)))
-        self._looked = np.zeros(self.count, dtype=bool)
+        self._followed = np.zeros(self.count, dtype=bool)  # whether `foot` is that of the last look
         self._look(np.ones(self.count, dtype=bool), self.radius)
         self._searching, self._fresh = True, False
 
@@ -129,27 +129,32 @@ class DeviceContact:
 
     def _bound(self) -> Floats:
         """What every gap is at least, from where it was last looked at."""
-        bound: Floats = self.known - np.linalg.norm(self.at - self.seen, axis=1)
+        way = self.at - self.seen
+        bound: Floats = self.known - np.sqrt(np.einsum("qd,qd->q", way, way))
         return bound
 
     def _look(self, chosen: Bools, reach: Floats) -> None:
         """Closest points and gaps of the chosen points; of those beyond `reach` only what their gap is at least."""
-        rows = np.flatnonzero(chosen)
+        self._follow(np.flatnonzero(chosen & self._followed))
+        rows = np.flatnonzero(chosen & ~self._followed)
+        if rows.size:
+            self.known[rows] = self.surface.lower_bound(self.at[rows]) - self.radius[rows]
+            self.seen[rows] = self.at[rows]
+            near = rows[self.known[rows] <= reach[rows]]
+            self._find(near, None)
+            self._followed[near] = True
+
+    def _follow(self, rows: Ints) -> None:
+        """Closest points from those of before, moved along; a gap can change by no more than the point has moved."""
         if not rows.size:
             return
-        bound = self.surface.lower_bound(self.at[rows])
-        least = bound - self.radius[rows]
-        moved = self.at[rows] - self.seen[rows]
-        self.known[rows], self.seen[rows] = least, self.at[rows]
-        near = (least <= reach[rows]) | self.candidates[rows]
-        rows, moved, bound = rows[near], moved[near], bound[near]
-        old = self._looked[rows]
-        self._find(rows[old], self.foot.point[rows[old]] + moved[old])
-        self._find(rows[~old], None)
-        # A guess may lead to another wall, which is then nearer than any wall can be, or to its other side.
-        lost = rows[(self.foot.distance[rows] - bound) * np.sign(bound) < -1e-6 * np.abs(bound)]
+        moved, before = self.at[rows] - self.seen[rows], self.known[rows]
+        way = np.sqrt(np.einsum("qd,qd->q", moved, moved))
+        self._find(rows, self.foot.point[rows] + moved)
+        self.seen[rows] = self.at[rows]
+        lost = rows[np.abs(self.known[rows] - before) > way + 1e-9 * self.radius[rows]]
         self._find(lost, None)
-        self._looked[rows] = True
+        self._followed[rows[self.known[rows] > 4 * self.radius[rows]]] = False
 
     def _find(self, rows: Ints, guess: Floats | None) -> None:
         """The closest points of some points."""

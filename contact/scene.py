@@ -123,7 +123,9 @@ class BodyTable(Table):
     material: Material | None = None
     guided: bool = Field(False, description="a rigid body that does not rotate")
     density: NotNegative = Field(0.0, description="[kg/m^3]; of a bar or string per length, of a membrane per area")
-    mass: Literal["consistent", "lumped"] = "consistent"
+    mass: Literal["consistent", "lumped", "one-point"] = Field(
+        "consistent", description="one-point: of linear cells, without dispersion at dt = h/c with the midpoint rule"
+    )
     rayleigh: Annotated[list[NotNegative], Field(min_length=2, max_length=2)] = Field(
         [0.0, 0.0], description="a [1/s], b [s] of the damping a M + b K"
     )

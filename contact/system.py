@@ -78,7 +78,8 @@ class Linearisation:
     @cached_property
     def W(self) -> TimedDelassus | DirectDelassus:
         """The Delassus operator on `rows`."""
-        compliant = {body: h.take(self.rows).without(body.held) for body, h in self.free.items() if body.deformable}
+        compliant = {body: h.take(self.rows) for body, h in self.free.items() if body.deformable}
+        compliant |= {body: h.without(body.held) for body, h in compliant.items() if body.modes.shape[1]}
         with self.clock("delassus"):
             known = direct(compliant)
         return known or TimedDelassus(compliant, len(self.rows), self.clock)

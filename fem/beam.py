@@ -264,8 +264,7 @@ class Beam:
         self._history, self._integrator = self.state(), integrator
         d = np.zeros((self.space.nodes, 6))
         if self.inertia is not None:
-            dt = 1 / integrator.damping
-            d[:, :3], d[:, 3:] = dt * self.v, dt * self.w
+            d[:, :3], d[:, 3:] = self.v / integrator.damping, self.w / integrator.damping
             d.reshape(-1)[self.fixed] = 0.0
             self._begin_dynamics(integrator)
         for drive in self.drives:

@@ -287,9 +287,8 @@ class Body:
     def energy(self) -> dict[str, float]:
         """`kinetic` ½ v·M v and `strain` ½ u·f_int(u) of an accepted state [J]. Collective."""
         strain = float(self.coordinates() @ self.internal_forces()) / 2
-        kinetic = 0.0
-        if self.inertia is not None and self.v is not None:
-            kinetic = float(self.v @ self.inertia.forces(self.v)) / 2
+        M, v = self.inertia, self.v
+        kinetic = 0.0 if M is None or v is None else float(v @ M.forces(v)) / 2
         kinetic, strain = self.space.comm.allreduce(np.array([kinetic, strain])).tolist()
         return {"kinetic": kinetic, "strain": strain}
 
@@ -297,9 +296,8 @@ class Body:
 
     def owned(self, local: Floats) -> Floats:
         """The entries of a local vector that this rank owns."""
-        first, mine = self.space.first, self.space.local_dofs - self.space.first
-        owned = np.empty(self.space.owned)
-        inside = (self.space.local_dofs >= first) & (mine < self.space.owned)
+        owned, mine = np.empty(self.space.owned), self.space.local_dofs - self.space.first
+        inside = (mine >= 0) & (mine < self.space.owned)
         owned[mine[inside]] = local[inside]
         return owned
 

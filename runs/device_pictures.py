@@ -105,6 +105,7 @@ class Stage:
             self.plotter.add_mesh(
                 points, name="points", log_scale=True, smooth_shading=True, ambient=0.4, **colours, **look
             )
+        self.plotter.render()
         image: NDArray[np.uint8] = self.plotter.screenshot(return_img=True)
         return image
 

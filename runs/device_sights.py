@@ -114,14 +114,19 @@ def smooth(x: Floats, r: Floats, parts: int = 6) -> tuple[Floats, Floats]:
 
 
 def focus(x: Floats, r: Floats) -> Floats:
-    """The nodes of a beam to look at: of a straight stretch behind it (but for play) a third of its size."""
-    straight = [k for k in range(2, len(x)) if _off_chord(x[: k + 1]) < 2 * r[0]]
+    """The nodes of a beam to look at: all, or where that is less than half of its extent, those in front.
+
+    A stretch behind them that is straight but for play is shown over a third of the size of what is in front of it.
+    """
+    chord = np.linalg.norm(x - x[0], axis=1)
+    straight = [k for k in range(2, len(x)) if _off_chord(x[: k + 1]) < min(2 * r[0], 0.01 * chord[k])]
     first = max(straight, default=0)
     size = np.linalg.norm(np.ptp(x[first:], axis=0))
-    if first == 0 or first == len(x) - 1:
+    shown = (np.linalg.norm(x - x[first], axis=1) < size / 3) | (np.arange(len(x)) >= first)
+    extents = [np.linalg.norm(np.ptp(part, axis=0)) for part in (x[shown], x)]
+    if first == len(x) - 1 or extents[0] > extents[1] / 2:
         return x
-    near = np.linalg.norm(x - x[first], axis=1) < size / 3
-    seen: Floats = x[(np.arange(len(x)) >= first) | near]
+    seen: Floats = x[shown]
     return seen
 
 

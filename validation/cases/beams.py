@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -117,17 +118,26 @@ def circle(run: Run) -> list[Quantity]:
     ]
 
 
+@cache
+def _bend(P: float, E: float, R: float) -> ArcRod:
+    """The boundary-value problem, once for all levels."""
+    return replace(ArcRod.bathe_bolourchi(P=P, E=E, R=R), GA=np.inf)
+
+
 @case(
     "bend-45",
     {"P": 600.0, "E": 1e7, "R": 100.0},
     levels=lambda p: tuple(float(p["R"]) * np.pi / 4 / n for n in (4, 8, 16, 32)),
     variants=({}, {"P": 300.0}),
     orders=(1,),
-    rates={"tip_deviation": {1: (4.0, 0.2)}},
+    rates={"tip_deviation": {1: (2.0, 0.3)}},
 )
 def bend_45(run: Run) -> list[Quantity]:
-    """Bathe and Bolourchi's 45° bend, unit square section, a dead tip force P out of its plane; GA infinite here."""
-    exact = replace(ArcRod.bathe_bolourchi(**run.values("P", "E", "R")), GA=np.inf)
+    """Bathe and Bolourchi's 45° bend, unit square section, a dead tip force P out of its plane; GA infinite here.
+
+    Where torsion and bending mix, elements have an error of h².
+    """
+    exact = _bend(**run.values("P", "E", "R"))
     n = max(2, round(exact.L / run.h))
     section = {
         "length": exact.L,
@@ -147,7 +157,7 @@ def bend_45(run: Run) -> list[Quantity]:
         "loads": [{"kind": "point", "at": "end", "value": [0.0, 0.0, f"{run['P']!r} * t"]}],
     }
     solved = beam_of(run.march(_nothing, body=[beam], time={"steps": 6}).system)
-    tip, limit = solved.x[-1], 1e-3 * max(1.0, 32 * run.h / exact.L) ** 4
+    tip, limit = solved.x[-1], 1e-3 * max(1.0, 16 * run.h / exact.L) ** 2
     return [
         *[Quantity(f"tip_{name}", tip[i], exact.tip[i], limit) for i, name in enumerate("xyz")],
         Quantity("tip_deviation", float(np.linalg.norm(tip - exact.tip) / exact.L), 0.0, limit),

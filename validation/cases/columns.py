@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 from contact.devices import DeviceContact
 from validation.case import Parameter, Quantity, Run, case
 from validation.cases.beams import beam_of, elements, planar, rod, slopes, stiffness
-from validation.cases.rods import midway
+from validation.cases.rods import aligned
 from validation.exact.elastica import ColumnElastica
 from validation.exact.rods import ColumnWalls, DawsonPaslay
 
@@ -24,11 +24,11 @@ SOLVER = {"surface_error": 1e-6, "penetration": 1e-6}
 
 
 def _levels(parameters: dict[str, Parameter]) -> tuple[float, ...]:
-    """The middle on a node in point contact, the ends s of line contact half way between two nodes."""
+    """The middle on a node in point contact, the ends s of line contact at the same place between two nodes."""
     exact = ColumnElastica(**parameters)  # type: ignore[arg-type]
     if exact.regime != "line":
         return elements(8, 12, 16, 24)(parameters)
-    return midway(exact.s, exact.L, 30, 2)
+    return aligned(exact.s, exact.L, 30, 2)
 
 
 @case(

@@ -182,7 +182,7 @@ def ball_drop(run: Run) -> list[Quantity]:
         return accepted.result.lam.sum() * dt, run["x0"] + system.bodies[0].displacement[0, 0]
 
     time = {"end": steps * dt, "steps": steps, "integrator": run["integrator"]}
-    tables = {"body": [ball], "contact": [{"body": "ball", "tag": "start", "surface": FLOOR}]}
+    tables: dict[str, Any] = {"body": [ball], "contact": [{"body": "ball", "tag": "start", "surface": FLOOR}]}
     observed = np.array(run.march(observe=observe, time=time, **tables).observed)
     impulses, n = exact.impulses(steps)[1:], exact.contact_step
     names = {"impulse": n, "next_impulse": n + 1, "rest_impulse": n + 2}

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from contact.system import System
 from validation.case import Parameter, Quantity, Run, Solved, case
 from validation.cases.beams import beam_of, count, elements, planar, rod, slopes
-from validation.cases.rods import midway
+from validation.cases.rods import aligned
 from validation.exact.helices import CoilTube, Helix, HelixTube
 from validation.exact.rods import WireTube
 from validation.exact.surfaces import SpringSurface
@@ -27,11 +27,11 @@ TIME = {"end": float(STEPS), "steps": STEPS, "integrator": "implicit-euler"}
 
 
 def _levels(parameters: dict[str, Parameter]) -> tuple[float, ...]:
-    """The middle on a node in point contact; in line contact its ends half way between two nodes."""
+    """The middle on a node in point contact; in line contact its ends at the same place between two."""
     exact = WireTubeElastica(**parameters)  # type: ignore[arg-type]
     if exact.regime != "line":
         return elements(8, 16)(parameters)
-    return midway(exact.s, exact.L, 20)
+    return aligned(exact.s, exact.L, 20)
 
 
 @case(
@@ -182,10 +182,10 @@ def spring_surface(run: Run) -> list[Quantity]:
     """A point on a spring k, anchored at the depth d outside the tube of an endless line: λ = kd where it is closest."""
     exact = SpringSurface(**run.values("k", "d", "s", "T"))
     k, d, radius = run["k"], run["d"], exact.radius
-    a, L = 0.6 * d, radius / 2 + d
+    a, L = 1.1 * d, 0.6 * radius  # a device's axis starts within the wall's
     # No direction is one of coordinates; the line passes through the origin.
     line, out = np.array([2.0, 3.0, 6.0]) / 7, np.array([6.0, 2.0, -3.0]) / 7
-    far = 1e3 / run["s"] * line
+    far = 1e4 / run["s"] * line
     spring = {
         "name": "spring",
         "kind": "beam",
@@ -194,7 +194,7 @@ def spring_surface(run: Run) -> list[Quantity]:
         "supports": [{"at": "start"}],
     }
     tube = {"kind": "cauchy", "segments": [[(-far).tolist(), far.tolist()]], "width": run["s"], "level": run["T"]}
-    contact = {"body": "spring", "samples": 1, "surface": {**tube, "inside": True}, "interference": 1.01 * d}
+    contact = {"body": "spring", "samples": 1, "surface": {**tube, "inside": True}, "interference": 1.001 * d}
     solver = {"complementarity": 1e-11, "equilibrium": 1e-11, "surface_error": 1e-8}
     solved = run.march(lambda *_: None, body=[spring], contact=[contact], solver=solver)
     tip = beam_of(solved.system).x[-1]
