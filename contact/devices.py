@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from contact import row_kernels
 from contact.detection import first_root, nearest
 from contact.pairs import Constraints, check_interference
 from contact.rows import ElementRows
@@ -170,13 +171,17 @@ class DeviceContact:
     # --- the step -------------------------------------------------------------------------------------------------
 
     def stiffen(self, lam: Floats) -> None:
-        """Give the beam −Σ λ ∇²δ: the curvature of the wall, and of the centreline's interpolation."""
+        """Give the beam −Σ λ ∇²δ: the curvature of the wall, and of the centreline's interpolation.
+
+        Where the wall bulges towards the device its curvature is left out: it would make A indefinite, W no Delassus
+        operator, and a pass without it contracts nearly as well.
+        """
         rows = np.flatnonzero(lam > 0)
         if rows.size:
             blocks = beam_points.point_blocks(
                 lam[rows],
                 self.foot.normal[rows],
-                self.foot.curvature[rows],
+                row_kernels.concave_part(self.foot.curvature[rows], self.foot.normal[rows]),
                 self.body.R,
                 self.elements[rows],
                 self.xi[rows],

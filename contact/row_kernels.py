@@ -71,3 +71,32 @@ def without(values: Floats, first: Ints, free: NDArray[np.bool_]) -> Floats:
             if free[first[i] + k]:
                 result[i, k] = values[i, k]
     return result
+
+
+@njit(cache=True)
+def concave_part(curvature: Floats, normal: Floats) -> Floats:
+    """The negative part of symmetric matrices (q, 3, 3) whose null vectors are the normals (q, 3).
+
+    With eigenvalues a ≤ b in the tangent plane: the matrix itself where b ≤ 0, zero where a ≥ 0, and between
+    a (C − b P)/(a − b), P = I − n nᵀ.
+    """
+    result = np.zeros_like(curvature)
+    for i in range(len(curvature)):
+        C, n = curvature[i], normal[i]
+        trace = C[0, 0] + C[1, 1] + C[2, 2]
+        squares = 0.0
+        for j in range(3):
+            for k in range(3):
+                squares += C[j, k] * C[j, k]
+        root = np.sqrt(max(2.0 * squares - trace * trace, 0.0))
+        a, b = 0.5 * (trace - root), 0.5 * (trace + root)
+        if a >= 0.0:
+            continue
+        for j in range(3):
+            for k in range(3):
+                if b <= 0.0:
+                    result[i, j, k] = C[j, k]
+                else:
+                    P = (1.0 if j == k else 0.0) - n[j] * n[k]
+                    result[i, j, k] = a * (C[j, k] - b * P) / (a - b)
+    return result

@@ -32,7 +32,7 @@ def elements(*counts: int) -> Callable[[dict[str, Parameter]], tuple[float, ...]
 
 def count(run: Run) -> int:
     """The number of elements at a run's level."""
-    return max(2, round(run["L"] / run.h))
+    return max(2, round(float(run["L"]) / run.h))
 
 
 def rod(run: Run, radius: float, **table: Any) -> dict[str, Any]:
@@ -77,9 +77,7 @@ def stiffness(beam: Beam, contact: DeviceContact | None = None, lam: Floats | No
     if contact is not None and lam is not None:
         rows, foot = np.flatnonzero(lam > 0), contact.foot
         elements, xi = contact.elements[rows], contact.xi[rows]
-        bent = point_blocks(
-            lam[rows], foot.normal[rows], foot.curvature[rows], beam.R, elements, xi, beam.data.length
-        )
+        bent = point_blocks(lam[rows], foot.normal[rows], foot.curvature[rows], beam.R, elements, xi, beam.data.length)
         blocks, at = np.concatenate([blocks, bent]), np.concatenate([at, elements])
     dofs = 6 * at[:, None] + np.arange(12)
     K = np.zeros((6 * m + 6, 6 * m + 6))

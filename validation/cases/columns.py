@@ -40,7 +40,7 @@ def _levels(parameters: dict[str, Parameter]) -> tuple[float, ...]:
     rates={"force": {1: (4.0, 0.1)}},
 )
 def column_walls(run: Run) -> list[Quantity]:
-    """A pinned column buckled by a dead load P between walls ±d, at any slope; the linear formula beside the elastica."""
+    """A pinned column buckled by a dead load P between walls ±d: the elastica, and the linear formula beside it."""
     exact = ColumnElastica(**run.values("EI", "L", "P", "d"))
     EI, L, P, d = (run[k] for k in ("EI", "L", "P", "d"))
     inertia = P**2 / (2 * EI)
@@ -48,10 +48,8 @@ def column_walls(run: Run) -> list[Quantity]:
     load = {"kind": "point", "at": "end", "value": [-P, 0.0, 0.0]}
     supports = planar(run, {"at": "start", "hold": ["x", "y", "z"]}, {"at": "end", "hold": ["y", "z"]})
     beam = rod(run, d, section={"EA": 1e8 * EI / L**2, "mass": inertia}, supports=supports, loads=[load, push])
-    walls = [
-        {"body": "beam", "samples": 1, "surface": {"kind": "plane", "point": [0.0, -2 * n * d, 0.0], "normal": [0.0, n, 0.0]}}
-        for n in (-1.0, 1.0)
-    ]
+    planes = [{"kind": "plane", "point": [0.0, -2 * n * d, 0.0], "normal": [0.0, n, 0.0]} for n in (-1.0, 1.0)]
+    walls = [{"body": "beam", "samples": 1, "surface": plane} for plane in planes]
     time = {"end": float(STEPS), "steps": STEPS, "integrator": "implicit-euler"}
     solved = run.march(lambda *_: None, body=[beam], contact=walls, solver=SOLVER, time=time)
     body, lam = beam_of(solved.system), solved.forces(0)
@@ -100,7 +98,8 @@ def dawson_paslay(run: Run) -> list[Quantity]:
         run.close()
         push = {"kind": "point", "at": "end", "value": [-P, 0.0, 0.0]}
         section = {"EA": 1e7 * EI / L**2, "mass": P**2 / EI}
-        beam = rod(run, r, section=section, placement={"start": [0.0, -r, 0.0]}, supports=supports, loads=[weight, push])
+        placement = {"start": [0.0, -r, 0.0]}
+        beam = rod(run, r, section=section, placement=placement, supports=supports, loads=[weight, push])
         contact = {"body": "beam", "samples": 1, "surface": tube}
         solved = run.march(
             lambda *_: None,
@@ -113,8 +112,8 @@ def dawson_paslay(run: Run) -> list[Quantity]:
         (pair,) = solved.system.pairs
         assert isinstance(pair, DeviceContact)
         rows, free = np.flatnonzero(lam > 0), ~body.fixed
-        H = solved.result.linearisation.H[body].take(rows).sparse().toarray()[:, free]
-        tangent = null_space(H)
+        (H,) = solved.result.linearisation.H.values()
+        tangent = null_space(H.take(rows).sparse().toarray()[:, free])
         values, vectors = np.linalg.eigh(tangent.T @ stiffness(body, pair, lam)[np.ix_(free, free)] @ tangent)
         full = np.zeros(len(free))
         full[free] = tangent @ vectors[:, 0]
@@ -123,5 +122,5 @@ def dawson_paslay(run: Run) -> list[Quantity]:
 
     P = brentq(smallest, 0.5 * exact.P, 1.5 * exact.P, rtol=1e-10)
     sideways = mode[np.abs(mode) > 1e-6 * np.abs(mode).max()]
-    waves = 1 + np.count_nonzero(np.diff(np.sign(sideways)))
+    waves = 1 + int(np.count_nonzero(np.diff(np.sign(sideways))))
     return [Quantity("P", P, exact.P, 1e-3 * max(1.0, 30 * run.h / L) ** 3), Quantity("n", waves, exact.n, 0.0)]

@@ -1,9 +1,9 @@
 """Beams against a flat floor: polynomials with a free boundary, in the range of small slopes.
 
-Contact points are the nodes: between them no force acts, and elements are exact. The concentrated force where a beam lifts
-off is shared by the nodes beside it; it is taken with its place s from the sum and the first moment of all forces. Errors
-are h² times a function of where s lies between two nodes: default levels have it at the same place. In point contact no
-error is left but that of small slopes, of order d².
+Contact points are the nodes: between them no force acts, and elements are exact. The concentrated force where a beam
+lifts off is shared by the nodes beside it; it is taken with its place s from the sum and first moment of all forces.
+Errors are h² times a function of where s lies between two nodes: default levels have it at the same place. In point
+contact no error is left but that of small slopes, of order d².
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from validation.case import Parameter, Quantity, Run, Solved, case
-from validation.cases.beams import beam_of, count, planar, rod
+from validation.cases.beams import beam_of, planar, rod
 from validation.exact.rods import BeamStop, CantileverFloor, HeavyBeam
 
 Floats = NDArray[np.float64]
 CLOSE = 1e-3
-PLACE = 0.3  # where errors/h² depend least on the place of s between two nodes; they range from −2 to 1 times theirs here
+PLACE = 0.3  # between two nodes: here errors/h² depend least on it; they range from −2 to 1 times what they are here
 STEPS = 5  # of the load: less than its whole leaves linearisations that hold
 
 
 def aligned(s: float, L: float, first: int, levels: int = 4) -> tuple[float, ...]:
-    """Levels from about `first` elements over L on, 1.8 times as many each, that have s at `PLACE` between two nodes."""
+    """Levels from about `first` elements over L on, 1.8 times as many each, with s at `PLACE` between two nodes."""
     sizes = []
     for k in range(levels):
         counts = np.arange(np.ceil(first * 1.8**k), first * 1.8 ** (k + 1))
@@ -64,8 +64,8 @@ def _pressed(q: float) -> dict[str, Any]:
 def _lift_off(lam: Floats, x: Floats, q: float, L: float) -> tuple[float, float]:
     """s and R of the force R at s and q per length from there to L, from the sum and the first moment of forces."""
     N, T = lam.sum() - q * L, lam @ x - q * L**2 / 2
-    s = (np.sqrt(max(N**2 + 2 * q * T, 0.0)) - N) / q
-    return float(s), float(N + q * s)
+    s = (float(np.sqrt(max(float(N**2 + 2 * q * T), 0.0))) - float(N)) / q
+    return s, float(N) + q * s
 
 
 @case(

@@ -43,7 +43,7 @@ def _levels(parameters: dict[str, Parameter]) -> tuple[float, ...]:
     rates={"force": {1: (2.0, 0.3)}},
 )
 def wire_tube(run: Run) -> list[Quantity]:
-    """A straight wire in a circular tube: the elastica's forces at the tips and inside; the linear formula beside it."""
+    """A straight wire in a circular tube: the elastica's forces, and the linear formula beside them."""
     exact = WireTubeElastica(**run.values("EI", "L", "R", "c"))
     EI, L, R, c = (run[k] for k in ("EI", "L", "R", "c"))
     angle = np.linspace(-0.5, 0.6, 401) * L / R
@@ -85,10 +85,11 @@ def _in_tube(run: Run, exact: Helix, L: float, section: dict[str, Any], begin: A
     a = 0.1 * r
     path = exact.position(np.linspace(0.0, 1.01 * L, 1 + round(200 * run["n"])))
     loads = end.pop("loads", [])
+    section |= {"length": L, "elements": _count(run, L), "radius": a, "EA": 1e5 * EI / r**2, "EI": EI}
     beam = {
         "name": "beam",
         "kind": "beam",
-        "sections": [{"length": L, "elements": _count(run, L), "radius": a, "EA": 1e5 * EI / r**2, "EI": EI, **section}],
+        "sections": [section],
         "placement": {"path": path.tolist(), "roll": np.pi},
         "supports": [{"at": "start"}, {"at": "end", "hold": ["x", "y", "rx", "ry", "rz"], **end}],
         "loads": loads,
@@ -119,7 +120,7 @@ def _middle(solved: Solved, L: float) -> tuple[float, float]:
     rates={"f": {1: (4.0, 0.5)}},
 )
 def helix_tube(run: Run) -> list[Quantity]:
-    """A compressed rod, n turns of a helix at the angle β [rad] in a tube, under the compression that least energy selects.
+    """A compressed rod, n turns of a helix at the angle β [rad] in a tube, under the force that least energy selects.
 
     The ends have the position and the frame of the infinite solution; the far one slides axially under its F.
     """
@@ -179,7 +180,7 @@ def coil_tube(run: Run) -> list[Quantity]:
 
 @case("spring-surface", {"k": 1.0, "d": 0.1, "s": 2.0, "T": 0.5}, orders=(1,))
 def spring_surface(run: Run) -> list[Quantity]:
-    """A point on a spring k, anchored at the depth d outside the tube of an endless line: λ = kd where it is closest."""
+    """A point on a spring k anchored at the depth d outside the tube of an endless line: λ = kd where it is closest."""
     exact = SpringSurface(**run.values("k", "d", "s", "T"))
     k, d, radius = run["k"], run["d"], exact.radius
     a, L = 1.1 * d, 0.6 * radius  # a device's axis starts within the wall's
