@@ -170,6 +170,7 @@ class Beam:
         self._history: State = self._configuration()
         self._integrator: Integrator = Static()
         self._damped = data
+        self._stress: Floats | None = None
         self._extra: tuple[Ints, Floats] | None = None
         self._forces: tuple[Floats, Floats] | None = None
         self._fresh = self._factorised = False
@@ -273,8 +274,17 @@ class Beam:
         self._load(t)
         if not (np.isfinite(d).all() and np.isfinite(self.load).all()):
             raise ValueError(f"body {self.name!r}: a support or load is not finite at t = {t:.6g}")
+        if self.inertia is not None:
+            # The prediction stretches the beam: its geometric stiffness is better taken from the stress before it.
+            self._stress = self._stresses()
         self._shift(d)
         self.renew()
+
+    def _stresses(self) -> Floats:
+        """D₁(γ − γ₀) and D₂(ψ − ψ₀) of the present configuration, (N − 1, 6)."""
+        gamma, psi = kernels.strains(self.edges, self.R)
+        data = self.data
+        return np.hstack([data.axial * (gamma - data.chord), data.bending * (psi - data.twist)])
 
     def _follow(self, drive: Drive, motion: Floats, d: Floats) -> None:
         """The increments that bring a node to its prescribed place."""
@@ -330,10 +340,10 @@ class Beam:
         if self._fresh:
             return
         data = self._damped
-        diagonal, upper, inner = kernels.assemble_blocks(
-            self.edges, self.R, data.chord, data.twist, data.axial, data.bending
+        diagonal, upper, _ = kernels.assemble_blocks(
+            self.edges, self.R, data.chord, data.twist, data.axial, data.bending, self._stress
         )
-        self._forces = None
+        self._stress = None
         if self.inertia is not None:
             a, _ = self.inertia.rayleigh
             factor = self._integrator.inertia + a * self._integrator.damping

@@ -184,9 +184,14 @@ def assemble_forces(
 
 @njit(cache=True, error_model="numpy")
 def assemble_blocks(
-    edges: Floats, R: Floats, chord: Floats, twist: Floats, axial: Floats, bending: Floats
+    edges: Floats, R: Floats, chord: Floats, twist: Floats, axial: Floats, bending: Floats, stress: Floats | None = None
 ) -> tuple[Floats, Floats, Floats]:
     """Tangent and forces in one sweep; parameters as for `assemble_forces`.
+
+    Parameters
+    ----------
+    stress : (N − 1, 6) forces D₁(γ − γ₀) [N] and moments D₂(ψ − ψ₀) [N m] in the element's frame to form both with,
+        instead of those of the configuration
 
     Returns
     -------
@@ -199,9 +204,14 @@ def assemble_blocks(
         s, w, angles, e1, e2, e3 = _frame(R, i)
         c = (edges[i, 0], edges[i, 1], edges[i, 2])
         psi = combined(angles[0], e1, angles[1], e2, angles[2], e3)
-        stress = _stress(_straightened(psi, c), chord, axial, i, e1, e2, e3)
-        M = _moment(_stress(psi, twist, bending, i, e1, e2, e3), stress, c, psi)
-        N = _straightened(psi, stress)
+        if stress is None:
+            force = _stress(_straightened(psi, c), chord, axial, i, e1, e2, e3)
+            moment = _stress(psi, twist, bending, i, e1, e2, e3)
+        else:
+            force = combined(stress[i, 0], e1, stress[i, 1], e2, stress[i, 2], e3)
+            moment = combined(stress[i, 3], e1, stress[i, 4], e2, stress[i, 5], e3)
+        M = _moment(moment, force, c, psi)
+        N = _straightened(psi, force)
         L = cross(N, c)
         t, psi_M = dot(psi, psi), dot(psi, M)
         r, q = _r(t, s), 0.25 / (s * (1.0 + w))
@@ -211,7 +221,7 @@ def assemble_blocks(
         _add_forces(f, i, N, L, P)
 
         D1, D2 = spatial(axial, i, e1, e2, e3), spatial(bending, i, e1, e2, e3)
-        E, F, V = _second_derivatives(D1, D2, stress, c, psi)
+        E, F, V = _second_derivatives(D1, D2, force, c, psi)
         # On u: E, G = Ec^ − N^, GQ + FS. On A and D, with X = Gᵀc^: X − L^, (X − L^)Q − c^FS, qzX − P^ + SFᵀc^, …
         G = minus_spin(rows_cross(E, c), N)
         Gz = rows_cross(G, psi)

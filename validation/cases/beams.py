@@ -17,6 +17,7 @@ from fem import beam_element
 from fem.beam import Beam
 from fem.beam_points import point_blocks
 from validation.case import Parameter, Quantity, Run, case
+from validation.exact.common import positive
 from validation.exact.elastica import CantileverElastica, rolled_tip
 from validation.exact.rods import euler_load
 from validation.exact.spatial_rod import ArcRod
@@ -98,6 +99,7 @@ def _nothing(system: System, accepted: Any) -> None:
 )
 def circle(run: Run) -> list[Quantity]:
     """A cantilever rolled into a circle by the end moment 2πEI/L: equal elements close it, its diameter converges."""
+    positive(**run.values("EI", "L"))
     M = 2 * np.pi * run["EI"] / run["L"]
     load = {"kind": "point", "at": "end", "moment": [0.0, 0.0, f"{M!r} * t"]}
     beam = rod(run, 0.0, supports=[{"at": "start"}], loads=[load])

@@ -1,0 +1,501 @@
+"""Time devices in vessels: a step against its floor, the contact methods on its problems, and the size of the network.
+
+    OMP_NUM_THREADS=1 python tests/benchmarks/bench_devices.py floor SCENE [--steps N] [--set KEY=VALUE] [--wall]
+    OMP_NUM_THREADS=1 python tests/benchmarks/bench_devices.py methods SCENE FOLDER [-o PICTURE] [--limit SECONDS]
+    OMP_NUM_THREADS=1 python tests/benchmarks/bench_devices.py networks [SCENE] [--steps N]
+
+Times are of the process's CPU, one thread, unless `--wall` asks for the clock on the wall.
+
+floor : over the steps with at least 100 candidates, the median whole step beside its floor: one factor, one column per
+    contact that carries force and one Cholesky of that size, times the substeps, on the step's own last matrices.
+methods : every contact method on the problems of 20 steps, the first pass of each. They are recorded by a run of the
+    scene and kept in FOLDER; where it has them already the scene is not run again.
+networks : the same device with a vessel tree of 10 to 10,000 segments around it: the scene's own vessels (without a
+    scene, a wire in one vessel of 10 segments) and others that it never touches, as near to it as they can lie.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.linalg import lapack
+
+from fem import petsc
+
+petsc.initialise()
+
+from mpi4py import MPI  # noqa: E402
+from petsc4py import PETSc  # noqa: E402
+
+import contact.clock  # noqa: E402
+import contact.solvers.gauss_seidel  # noqa: E402
+import contact.step  # noqa: E402
+from contact.build import build  # noqa: E402
+from contact.loop import AcceptedStep, march  # noqa: E402
+from contact.scene import Scene, read_scene  # noqa: E402
+from contact.solvers import (  # noqa: E402
+    METHODS,
+    ContactNotConvergedError,
+    ContactProblem,
+    DenseDelassus,
+    InfeasibleError,
+    Solution,
+    residual,
+)
+from contact.solvers.problem import Floats, Ints  # noqa: E402
+from contact.system import System  # noqa: E402
+
+CANDIDATES = 100
+PROBLEMS = 20
+# Milliseconds of a whole step, and its ratio to the floor, that issue 3 asks for at most.
+TARGET, RATIO = 4.0, 3.0
+DIRECT = ("status", "status, warm", "lemke", "kkt")
+ITERATIVE = ("gauss-seidel", "tao", "vi-rsls", "vi-ssls")
+SEGMENTS = (10, 100, 1_000, 10_000)
+
+
+def seconds(work: Callable[[], Any], runs: int = 3) -> float:
+    """The least time of a few runs, by the clock of the steps."""
+    clock, times = contact.clock.perf_counter, []
+    for _ in range(runs):
+        begun = clock()
+        work()
+        times.append(clock() - begun)
+    return min(times)
+
+
+def run(scene: Scene, folder: Path, steps: int | None, sink: Callable[[System, AcceptedStep], None]) -> System:
+    """March through a scene or its first steps; what the sink does counts as output, not as step."""
+    if steps is not None and steps < scene.time.steps:
+        end = scene.time.end * steps / scene.time.steps
+        scene = scene.model_copy(update={"time": scene.time.model_copy(update={"end": end, "steps": steps})})
+    system = build(scene, MPI.COMM_WORLD, folder)
+    system.prepare()
+
+    def timed(accepted: AcceptedStep) -> None:
+        with system.clock("output"):
+            sink(system, accepted)
+
+    try:
+        march(system, scene, timed)
+    except (ContactNotConvergedError, InfeasibleError) as error:
+        print(f"the run ended early: {error}")
+    return system
+
+
+class Solves:
+    """In the place of `contact.step.solve`: the same, and what it was called with last and solved."""
+
+    def __init__(self, watch: Callable[[ContactProblem, Floats | None], None] = lambda problem, start: None) -> None:
+        self._solve, self._watch = contact.step.solve, watch
+
+    def __call__(self, problem: ContactProblem, method: str, start: Floats | None) -> Solution:
+        """`contact.solvers.solve`."""
+        self._watch(problem, start)
+        self.problem, self.solution = problem, self._solve(problem, method, start)
+        return self.solution
+
+    def __enter__(self) -> Solves:
+        contact.step.solve = self
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        contact.step.solve = self._solve
+
+
+# --- floor ------------------------------------------------------------------------------------------------------------
+
+
+class Floor:
+    """One factor, columns and one Cholesky, timed on a beam's matrices: by PETSc's block LU, and by the beam's own."""
+
+    def __init__(self) -> None:
+        self._matrix: Any = None
+        self._ksp = PETSc.KSP().create(PETSc.COMM_SELF)
+        self._ksp.setType("preonly")
+        self._ksp.getPC().setType("lu")
+        self._ksp.getPC().setFactorOrdering("natural")
+        self._ksp.setErrorIfNotConverged(True)
+
+    def __call__(self, problem: ContactProblem, lam: Floats) -> tuple[float, float]:
+        """Seconds of the floor with either factor."""
+        active = np.flatnonzero(lam > 0)
+        ((body, H),) = problem.W.H.items()
+        B = np.asfortranarray(H.take(active).sparse().T.toarray())
+        # A unit diagonal and a shift let the factorisation run to its end whatever the contacts' dependence.
+        W = problem.W.columns(active)[active]
+        S = 1 / np.sqrt(np.diag(W))
+        W = np.asfortranarray(S[:, None] * W * S + 1e-8 * np.eye(len(S)))
+        cholesky = seconds(lambda: lapack.dpotrf(W, lower=1)) if len(active) else 0.0
+        own = seconds(body._matrix.factor)
+        own += seconds(lambda: body.solve(B)) if len(active) else 0.0
+        return self._petsc(body.A, B) + cholesky, own + cholesky
+
+    def _petsc(self, A: Any, B: Floats) -> float:
+        if self._matrix is None:
+            self._matrix = A.duplicate(copy=True)
+            self._ksp.setOperators(self._matrix)
+            self._ksp.setUp()
+        times = []
+        for _ in range(3):
+            A.copy(self._matrix, structure=PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
+            times.append(seconds(self._factor, 1))
+        if not B.shape[1]:
+            return min(times)
+        rhs, X = (
+            PETSc.Mat().createDense(B.shape, array=b, comm=PETSc.COMM_SELF) for b in (B, np.zeros_like(B, order="F"))
+        )
+        columns = seconds(lambda: self._ksp.matSolve(rhs, X))
+        rhs.destroy()
+        X.destroy()
+        return min(times) + columns
+
+    def _factor(self) -> None:
+        self._ksp.setOperators(self._matrix)
+        self._ksp.setUp()
+
+
+def floor(scene: Scene, folder: Path, steps: int | None) -> None:
+    """Print the median step, its parts and its floor."""
+    measure, rows, floors, phases, sets = Floor(), [], [], [], []
+
+    with Solves() as solves:
+
+        def sink(system: System, accepted: AcceptedStep) -> None:
+            result = accepted.result
+            sets.append(np.flatnonzero(result.lam > 0))
+            candidates = len(result.linearisation.rows)
+            if accepted.number and accepted.converged and candidates >= CANDIDATES:  # the first step compiles kernels
+                floors.append(accepted.substeps * np.array(measure(solves.problem, solves.solution.lam)))
+                phases.append(accepted.seconds)
+                rows.append((result.passes, accepted.substeps, candidates, len(sets[-1])))
+
+        run(scene, folder, steps, sink)
+    if not rows:
+        raise SystemExit(f"no step has {CANDIDATES} candidates")
+    passes, substeps, candidates, active = np.array(rows).T
+    totals = np.array([phase["total"] for phase in phases])
+    changes = np.mean([not np.array_equal(a, b) for a, b in pairwise(sets)])
+    print(f"steps with >= {CANDIDATES} candidates: {len(rows)} of {len(sets)} (but the first)")
+    for name, values in (("passes", passes), ("substeps", substeps), ("candidates", candidates), ("active", active)):
+        print(
+            f"{name:11} median {np.median(values):g}, mean {values.mean():.2f}, most {values.max()}, last {values[-1]}"
+        )
+    print(f"the active set changes in {changes:.0%} of the steps")
+    print(f"step        median {1e3 * np.median(totals):.2f} ms (target {TARGET:g}), mean {1e3 * totals.mean():.2f}")
+    for phase in ("assemble", "factor", "detect", "delassus", "solve"):
+        print(f"  {phase:9} median {1e3 * np.median([p[phase] for p in phases]):.2f} ms")
+    single = substeps == 1
+    for name, values in zip(("PETSc's LU", "own factor"), np.array(floors).T, strict=True):
+        ratio = totals / values
+        per_pass = ratio * substeps / passes
+        print(
+            f"floor by {name}: median {1e3 * np.median(values):.3f} ms; step/floor: ratio of medians "
+            f"{np.median(totals) / np.median(values):.1f} (target {RATIO:g}), median ratio {np.median(ratio):.1f}, "
+            f"a pass {np.median(per_pass):.1f}"
+            + (f", steps not divided {np.median(ratio[single]):.1f}" if single.any() else "")
+        )
+
+
+# --- methods ----------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Matrices:
+    """`Primal` of a recorded problem."""
+
+    A: list[Any]
+    H: list[Any]
+
+
+def record(scene: Scene, folder: Path, steps: int | None, files: Path) -> None:
+    """Keep the contact problem of the first pass of `PROBLEMS` steps spread over the run."""
+    count = min(scene.time.steps, steps or scene.time.steps)
+    wanted = set((np.arange(1, PROBLEMS + 1) * count // PROBLEMS - 1).tolist())
+    number = 0
+
+    def watch(problem: ContactProblem, start: Floats | None) -> None:
+        if number in wanted and problem.W.size:
+            wanted.remove(number)
+            ((body, H),) = problem.W.H.items()
+            A = body.A.convert("aij", PETSc.Mat())
+            indptr, indices, data = A.getValuesCSR()
+            A.destroy()
+            W = problem.W.columns(np.arange(problem.W.size))
+            np.savez(
+                files / f"step_{number:05d}.npz",
+                W=W,
+                q=problem.q,
+                start=np.zeros(len(W)) if start is None else start,
+                H=H.sparse().toarray(),
+                indptr=indptr,
+                indices=indices,
+                data=data,
+            )
+
+    def sink(system: System, accepted: AcceptedStep) -> None:
+        nonlocal number
+        number = accepted.number + 1
+
+    with Solves(watch):
+        run(scene, folder, steps, sink)
+
+
+def recorded(file: Path) -> tuple[ContactProblem, Floats]:
+    """A problem and the forces that the step started from."""
+    with np.load(file) as stored:
+        n = len(stored["indptr"]) - 1
+        A = PETSc.Mat().createAIJ(
+            (n, n), csr=(stored["indptr"], stored["indices"], stored["data"]), comm=PETSc.COMM_SELF
+        )
+        rows = sp.csr_array(stored["H"])
+        csr = rows.indptr.astype(PETSc.IntType), rows.indices.astype(PETSc.IntType), rows.data
+        H = PETSc.Mat().createAIJ(rows.shape, csr=csr, comm=PETSc.COMM_SELF)
+        return ContactProblem(DenseDelassus(stored["W"]), stored["q"], primal=Matrices([A], [H])), stored["start"]
+
+
+@dataclass
+class Answer:
+    """What a method made of one problem: forces, time, its own count, the residual; `failure` where it gave up."""
+
+    lam: Floats | None
+    seconds: float
+    iterations: int
+    residual: float
+    failure: str = ""
+    error: float = np.nan
+
+
+def answer(problem: ContactProblem, method: str, start: Floats, tolerance: float, budget: float = 0.5) -> Answer:
+    """Solve, more than once while that takes less than `budget` seconds."""
+    name, _, warm = method.partition(",")
+    clock, times, failure, iterations = contact.clock.perf_counter, [], "", 0
+    lam: Floats | None = None
+    while not times or (sum(times) < budget and len(times) < 7):
+        begun = clock()
+        try:
+            found = METHODS[name](problem, start if warm else None, tolerance)
+            lam, iterations = found.lam, found.iterations
+        except ContactNotConvergedError as error:
+            lam, iterations, failure = error.lam, error.iterations, error.reason
+        except (InfeasibleError, ArithmeticError, PETSc.Error) as error:
+            failure = str(error).splitlines()[0]
+        times.append(clock() - begun)
+        if failure:
+            break
+    reached = np.inf if lam is None else residual(problem, Solution(lam, np.empty(0), np.empty(0), 0))
+    return Answer(lam, float(np.median(times)), iterations, reached, failure)
+
+
+def methods(files: Path, picture: Path | None) -> None:
+    """Print what each method makes of the recorded problems, and draw its error against its time."""
+    names = (*DIRECT, *ITERATIVE)
+    table: dict[str, list[Answer]] = {name: [] for name in names}
+    points: dict[str, list[Answer]] = {name: [] for name in names}
+    steps, sizes, actives, conditions = [], [], [], []
+    for file in sorted(files.glob("step_*.npz")):
+        problem, start = recorded(file)
+        W = problem.W.columns(np.arange(problem.W.size))
+        answers = {name: [answer(problem, name, start, 1e-12)] for name in names}
+        if picture is not None:
+            for name in ITERATIVE:
+                answers[name] += [answer(problem, name, start, t, 0.0) for t in (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)]
+        every = [one for several in answers.values() for one in several if one.lam is not None]
+        best = min(every, key=lambda one: one.residual).lam
+        assert best is not None
+        norm = np.sqrt(best @ W @ best)
+        for one in every:
+            difference = one.lam - best
+            one.error = float(np.sqrt(max(difference @ W @ difference, 0.0)) / norm) if norm else 0.0
+        active = np.flatnonzero(best > 0)
+        steps.append(int(file.stem[5:]))
+        sizes.append(len(W))
+        actives.append(len(active))
+        S = 1 / np.sqrt(np.diag(W)[active])
+        conditions.append(np.linalg.cond(S[:, None] * W[np.ix_(active, active)] * S) if len(active) else 1.0)
+        for name in names:
+            table[name].append(answers[name][0])
+            points[name] += answers[name]
+        for part in (*problem.primal.A, *problem.primal.H):
+            part.destroy()
+    print(
+        f"{len(steps)} problems; candidates {min(sizes)} to {max(sizes)}, active {min(actives)} to {max(actives)}, "
+        f"condition of the active block {min(conditions):.0e} to {max(conditions):.0e}"
+    )
+    print(f"{'method':14}{'solved':>8}{'ms':>10}{'slowest':>10}{'iterations':>12}{'residual':>10}{'error':>10}")
+    for name, rows in table.items():
+        good = [row for row in rows if not row.failure]
+        line = f"{name:14}{len(good):5d}/{len(rows)}"
+        if good:
+            times = 1e3 * np.array([row.seconds for row in good])
+            line += f"{np.median(times):10.3f}{times.max():10.2f}{np.median([row.iterations for row in good]):12g}"
+            line += f"{max(row.residual for row in good):10.0e}{max(row.error for row in good):10.0e}"
+        print(line)
+    for name, rows in table.items():
+        for step, size, active, condition, row in zip(steps, sizes, actives, conditions, rows, strict=True):
+            if row.failure:
+                print(
+                    f"  {name} fails at step {step} (c = {size}, active {active}, condition {condition:.0e}): "
+                    f"{row.failure}; {1e3 * row.seconds:.0f} ms, residual {row.residual:.0e}, error {row.error:.0e}"
+                )
+    if picture is not None:
+        draw(points, picture)
+
+
+def draw(points: dict[str, list[Answer]], picture: Path) -> None:
+    """Error in reaction against time, hollow where the method gave up."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(figsize=(8, 5.5), layout="constrained")
+    colours = ("#000000", "#E69F00", "#56B4E9", "#009E73", "#F0E442", "#0072B2", "#D55E00", "#CC79A7")
+    for (name, rows), colour, marker in zip(points.items(), colours, "osD^vP*X", strict=True):
+        label: str | None = name
+        for failed in (False, True):
+            chosen = [
+                (1e3 * r.seconds, max(r.error, 1e-16)) for r in rows if bool(r.failure) == failed and r.error >= 0
+            ]
+            if chosen:
+                face = "none" if failed else colour
+                axes.scatter(*np.array(chosen).T, s=28, marker=marker, edgecolors=colour, facecolors=face, label=label)
+                label = None
+    axes.set(xscale="log", yscale="log", xlabel="time [ms]", ylabel="error in reaction, of the most accurate answer")
+    axes.legend(title="hollow: gave up", fontsize="small")
+    axes.grid(alpha=0.3)
+    figure.savefig(picture, dpi=150)
+    plt.close(figure)
+
+
+# --- networks ---------------------------------------------------------------------------------------------------------
+
+
+def wire_in_a_vessel() -> Scene:
+    """A wire of 100 elements is pushed along a bent vessel of 10 segments, half its thickness a step."""
+    bend, radius = np.linspace(0.0, 1.0, 8)[:, None], 0.05
+    arc = [0.1, 0.0, 0.0] + radius * np.hstack([np.sin(bend), 0 * bend, 1 - np.cos(bend)])
+    end = arc[-1] + [0.02 * np.cos(1.0), 0.0, 0.02 * np.sin(1.0)]
+    axis = np.vstack([[-0.02, 0.0, 0.0], [0.04, 0.0, 0.0], arc, end])
+    section = {"length": 0.1, "elements": 100, "radius": 4.45e-4, "E": 12e9, "nu": 0.33, "density": 6450.0}
+    wire = {
+        "name": "wire",
+        "kind": "beam",
+        "rayleigh": [40.0, 5e-3],
+        "sections": [section],
+        "placement": {"start": [-0.015, 0.0, 0.0], "direction": [1.0, 0.0, 0.0]},
+        "supports": [{"at": "start", "push": "0.0445 * t"}],
+        "loads": [{"kind": "gravity", "value": [0.0, 9.81, 0.0]}],
+    }
+    vessel = {"name": "vessel", "points": [[*point, 2e-3] for point in axis.tolist()]}
+    touch = {"name": "wall", "body": "wire", "samples": 2, "surface": {"kind": "vessels", "branches": [vessel]}}
+    time_table = {"end": 1.0, "steps": 100, "integrator": "implicit-euler"}
+    return Scene.model_validate({"body": [wire], "contact": [touch], "time": time_table})
+
+
+def surrounded(scene: Scene, segments: int) -> tuple[Scene, int]:
+    """The scene with vessels of up to 10 segments added until there are `segments`, and how many there are then.
+
+    They lie on a lattice around the box of the scene's own vessels, the nearest ones first, as wide as those are in the
+    median and as far apart as their kernels reach.
+    """
+    from contact.scene_surfaces import BranchTable, tree_of_table
+
+    pair = scene.contacts[0]
+    own, _ = tree_of_table(pair.surface, Path()).segments()
+    missing = segments - len(own)
+    if missing <= 0:
+        return scene, len(own)
+    radius, piece = float(np.median(own[:, 6:])), pair.surface.spacing or 4e-3
+    gap = 2 * pair.surface.reach * max(radius, float(own[:, 6:].max()))
+    ends = own[:, :6].reshape(-1, 3)
+    low, high, size = ends.min(axis=0), ends.max(axis=0), np.array([10 * piece + gap, gap, gap])
+    reach = int(np.ceil(np.cbrt(missing))) + 2
+    extent = reach + np.ceil((high - low) / size / 2)
+    lattice = np.stack(np.meshgrid(*[np.arange(-k, k + 1) for k in extent], indexing="ij"), axis=-1).reshape(-1, 3)
+    corner = (low + high) / 2 + lattice * size
+    away = np.maximum(low - corner - np.array([10 * piece, 0, 0]), corner - high).max(axis=1)
+    order = np.argsort(away, kind="stable")
+    order = order[away[order] >= gap][: -(-missing // 10)]
+    branches = list(pair.surface.branches)
+    for number, start in enumerate(corner[order]):
+        count = min(10, missing - 10 * number)
+        points = [[start[0] + piece * k, start[1], start[2], radius] for k in range(count + 1)]
+        branches.append(BranchTable(name=f"other {number}", points=points))
+    surface = pair.surface.model_copy(update={"branches": branches})
+    return scene.model_copy(update={"contacts": [pair.model_copy(update={"surface": surface})]}), segments
+
+
+def networks(scene: Scene, folder: Path, steps: int | None, rounds: int = 3) -> None:
+    """Print the median step in each network, the least of a few rounds, and how it grows."""
+    cases = {count: case for case, count in (surrounded(scene, n) for n in SEGMENTS)}
+    medians: dict[int, list[float]] = {count: [] for count in cases}
+    detect: dict[int, list[float]] = {count: [] for count in cases}
+    ends: dict[int, tuple[Floats, Ints, float]] = {}
+    for _ in range(rounds):
+        for count, case in cases.items():
+            rows: list[tuple[float, float, int]] = []
+
+            def sink(system: System, accepted: AcceptedStep, rows: list[tuple[float, float, int]] = rows) -> None:
+                active = int(np.count_nonzero(accepted.result.lam > 0))
+                rows.append((accepted.seconds["total"], accepted.seconds["detect"], active))
+
+            system = run(case, folder, steps, sink)
+            total, looking, active = np.array(rows).T
+            medians[count].append(float(np.median(total)))
+            detect[count].append(float(np.median(looking)))
+            ends[count] = system.bodies[0].x[-1], active, float(system.size)
+            system.close()
+    first = min(medians[min(cases)])
+    tip, active, size = ends[min(cases)]
+    for count in cases:
+        away = np.linalg.norm(ends[count][0] - tip) / size
+        print(
+            f"{count:6d} segments: step {1e3 * min(medians[count]):.3f} ms, detection "
+            f"{1e3 * min(detect[count]):.3f} ms, growth {min(medians[count]) / first - 1:+.1%}; active at the end {ends[count][1][-1]:g}, "
+            f"tip differs by {away:.0e} of the device's size"
+        )
+
+
+def main() -> None:
+    """Run what the command line asks for."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("what", choices=("floor", "methods", "networks"))
+    parser.add_argument("scene", nargs="?", type=Path)
+    parser.add_argument("folder", nargs="?", type=Path)
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE")
+    parser.add_argument("--steps", type=int)
+    parser.add_argument("--limit", type=float, default=2.0, help="seconds that gauss-seidel may take")
+    parser.add_argument("--wall", action="store_true")
+    parser.add_argument("-o", dest="picture", type=Path)
+    arguments = parser.parse_args()
+    if not arguments.wall:
+        contact.clock.perf_counter = time.process_time
+    contact.solvers.gauss_seidel.TIME_LIMIT = arguments.limit
+    if arguments.scene is None and arguments.what != "networks":
+        parser.error(f"{arguments.what} needs a scene")
+    scene = read_scene(arguments.scene, arguments.set)[0] if arguments.scene else wire_in_a_vessel()
+    folder = arguments.scene.parent if arguments.scene else Path()
+    if arguments.what == "floor":
+        floor(scene, folder, arguments.steps)
+    elif arguments.what == "networks":
+        networks(scene, folder, arguments.steps)
+    else:
+        if arguments.folder is None:
+            parser.error("methods needs a folder for its problems")
+        arguments.folder.mkdir(parents=True, exist_ok=True)
+        if not list(arguments.folder.glob("step_*.npz")):
+            record(scene, folder, arguments.steps, arguments.folder)
+        methods(arguments.folder, arguments.picture)
+
+
+if __name__ == "__main__":
+    main()
