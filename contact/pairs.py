@@ -35,7 +35,7 @@ class Constraints:
     length : what gaps are measured against: the body's size, a device's radius [m]
     """
 
-    H: dict[Body, Rows]
+    H: dict[Any, Rows]
     offset: Floats
     normals: Floats
     places: Floats

@@ -272,7 +272,7 @@ def read_scene(path: Path, changes: list[str] | None = None) -> tuple[Scene, str
     except tomllib.TOMLDecodeError as error:
         raise ValueError(f"{path}: {error}") from None
     for change in changes or []:
-        _apply(data, change)
+        apply_change(data, change)
     try:
         return Scene.model_validate(data), text
     except ValidationError as error:
@@ -300,7 +300,7 @@ def first_error(error: ValidationError) -> str:
     return f"{key}{shown}: {message[:1].lower()}{message[1:]}" if key else message
 
 
-def _apply(data: dict[str, Any], change: str) -> None:
+def apply_change(data: dict[str, Any], change: str) -> None:
     """Set a dotted key (``body.0.material.E=2``) to a TOML value."""
     key, equals, value = change.partition("=")
     if not equals or not key:

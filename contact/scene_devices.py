@@ -85,11 +85,11 @@ class SectionTable(Table):
 class PlacementTable(Table):
     """Where a beam starts: in its rest shape from a point, or laid along a smooth path (then strained)."""
 
-    start: Vector3 = Field([0.0, 0.0, 0.0], description="[m]")
-    direction: Vector3 = Field([1.0, 0.0, 0.0], description="tangent at the start")
-    roll: Number = Field(0.0, description="angle about that tangent [rad]")
-    straight: bool = Field(False, description="laid out straight, whatever the rest shape")
-    path: list[Vector3] | None = Field(None, description="points to lay it along, from its start [m]")
+    start: Vector3 = Field(default=[0.0, 0.0, 0.0], description="[m]")
+    direction: Vector3 = Field(default=[1.0, 0.0, 0.0], description="tangent at the start")
+    roll: Number = Field(default=0.0, description="angle about that tangent [rad]")
+    straight: bool = Field(default=False, description="laid out straight, whatever the rest shape")
+    path: list[Vector3] | None = Field(default=None, description="points to lay it along, from its start [m]")
 
 
 class BeamSupportTable(Table):

@@ -88,7 +88,9 @@ class VesselTree:
         positive("spacing", spacing)
         keep = np.bincount(self.parents[self.parents >= 0], minlength=len(self.points)) != 1
         keep |= self.parents < 0
-        points, radii, parents = [], [], []
+        points: list[Any] = []
+        radii: list[float] = []
+        parents: list[int] = []
         number = np.full(len(self.points), -1)
         for chain in self.chains():
             s = _arc(self.points[chain])
@@ -169,9 +171,9 @@ def read_swc(path: Path, scale: float = 1.0) -> VesselTree:
             raise ValueError(f"{path}: line {number}: id = {point}: must not appear twice")
         row[point] = len(row)
         parents.append(up)
-    for name, up in zip(row, parents, strict=True):
+    for child, up in zip(row, parents, strict=True):
         if up != -1 and up not in row:
-            raise ValueError(f"{path}: parent = {up} of point {name}: must be a point's id, or -1")
+            raise ValueError(f"{path}: parent = {up} of point {child}: must be a point's id, or -1")
     data = np.array(values).reshape(-1, 4)
     try:
         return VesselTree(data[:, :3] * scale, data[:, 3] * scale, np.array([row.get(up, -1) for up in parents]))

@@ -14,7 +14,7 @@ from pydantic import TypeAdapter
 
 from contact.expression import Expression
 from contact.record import CERTIFICATE, RecordReader
-from contact.scene import _apply
+from contact.scene import apply_change
 from contact.scene_surfaces import SurfaceTable, surface_of
 from contact.surfaces import Surface
 from runs.pictures import (
@@ -199,7 +199,7 @@ def _as_run(text: str) -> dict[str, Any]:
     scene = tomllib.loads(text)
     for line in text.splitlines():
         if line.startswith("# --set "):
-            _apply(scene, line.removeprefix("# --set "))
+            apply_change(scene, line.removeprefix("# --set "))
     return scene
 
 

@@ -55,18 +55,6 @@ class FormedColumns:
         block[:, old] = there[:, :n]
         block[:, new] = (here[:, n:] + there[:, n:]) / 2
 
-    def remember(self, rows: Ints, L: Floats) -> None:
-        """Leave the factor of a solution's rows with W, for the next problem that has the same W."""
-        self.W.memo = rows, L  # type: ignore[attr-defined]
-
-    def known(self, rows: Ints) -> tuple[Ints, Floats] | None:
-        """The rows, in some order, and their factor, where W remembers it."""
-        memo: tuple[Ints, Floats] | None = getattr(self.W, "memo", None)
-        if memo is None or len(memo[0]) != len(rows) or np.any(np.sort(memo[0]) != rows):
-            return None
-        self.form(rows)
-        return memo
-
     def diagonal(self, rows: Ints) -> Floats:
         """Wᵢᵢ of formed rows."""
         return self.values[self.slot[rows], rows]

@@ -30,7 +30,11 @@ class DenseDelassus:
     Parameters
     ----------
     W : (c, c) [m/N]; its symmetric part is taken, `noise` is the largest |Wᵢⱼ − Wⱼᵢ| over √(Wᵢᵢ Wⱼⱼ)
+
+    `memo` is what a method leaves for the next problem with the same W.
     """
+
+    memo: Any = None
 
     def __init__(self, W: Floats) -> None:
         W = np.array(W, float)

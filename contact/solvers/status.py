@@ -11,6 +11,7 @@ from contact.solvers.problem import (
     SOLVED,
     ContactNotConvergedError,
     ContactProblem,
+    DenseDelassus,
     Floats,
     InfeasibleError,
     Ints,
@@ -37,8 +38,7 @@ def solve(problem: ContactProblem, start: Floats | None = None, tolerance: float
     2. `kernels.ratio_tested`, one row at a time, from the better of the last feasible λ and max(λ, 0): λ stays
        nonnegative and the dual objective decreases, so that it cannot cycle; W may be singular.
 
-    Where all of W is known and a guess is given, phase 2 starts from the guess at once: between the passes of a step a few
-    rows change. Columns are asked for only when their row enters the set, each at most once. All comparisons are relative, to
+    Where all of W is known and a guess is given, `warm` begins with phase 2: between the passes of a step few rows change. Columns are asked for only when their row enters the set, each at most once. All comparisons are relative, to
     ℓ = max(max(−q)₊, max|Wλ|) and to W's diagonal, so that units do not matter.
 
     Parameters
@@ -63,10 +63,16 @@ def solve(problem: ContactProblem, start: Floats | None = None, tolerance: float
     Source: the paper, section 2.3, and the references of `kernels.ratio_tested`.
     """
     q = np.ascontiguousarray(problem.q, float)
+    if start is not None and isinstance(problem.W, DenseDelassus) and (start > 0).any():
+        from contact.solvers import warm  # numba: only where it is needed
+
+        found = warm.solve(problem.W, q, np.maximum(start, 0.0), tolerance)
+        if found is not None:
+            return found
     columns = FormedColumns(problem.W)
     first = np.flatnonzero(start > 0) if start is not None else np.empty(0, np.int64)
     blocks = _BlockSteps(columns, q, tolerance, start)
-    if blocks.warm(first) or not blocks.run(first):
+    if not blocks.run(first):
         _ratio_tested(blocks)
     lam, delta, rows = blocks.lam, blocks.delta, columns.rows
     pull = np.zeros_like(lam)
@@ -94,21 +100,6 @@ class _BlockSteps:
         self.lam: Floats = np.zeros_like(q)
         self.delta: Floats = q
         self.iterations, self.steps, self.departures, self.work = 0, 0, 0, 0.0
-
-    def warm(self, first: Ints) -> bool:
-        """Take λ from the guess, if all of W is known and the rows `first` where it is positive are independent."""
-        if not len(first) or len(self.columns.rows) < self.columns.size:
-            return False
-        known = self.columns.known(first)
-        if known is None:
-            self.factorise(0, first)
-        else:
-            self.rows, self.L = known
-        if len(self.rows) < len(first):
-            self.rows, self.L = np.empty(0, np.int64), np.empty((0, 0))
-            return False
-        self.lam, self.delta = self.start, self.q + self.columns.product(self.start)
-        return True
 
     def run(self, first: Ints) -> bool:
         """Take block steps from the set `first`; True if they reached the solution."""
@@ -220,8 +211,6 @@ def _ratio_tested(blocks: _BlockSteps) -> None:
         columns.form(np.array([wanted]))
         if n == len(U):
             order, U = np.pad(order, (0, n)), np.pad(U, (0, n))
-    n = state[0]
-    columns.remember(order[:n].copy(), np.asfortranarray(U[:n, :n].T))
     blocks.iterations += int(state[2])
     blocks.departures += int(state[3])
     if verdict == kernels.INFEASIBLE:

@@ -340,12 +340,16 @@ def methods(files: Path, picture: Path | None) -> None:
             line += f"{max(row.residual for row in good):10.0e}{max(row.error for row in good):10.0e}"
         print(line)
     for name, rows in table.items():
-        for step, size, active, condition, row in zip(steps, sizes, actives, conditions, rows, strict=True):
-            if row.failure:
-                print(
-                    f"  {name} fails at step {step} (c = {size}, active {active}, condition {condition:.0e}): "
-                    f"{row.failure}; {1e3 * row.seconds:.0f} ms, residual {row.residual:.0e}, error {row.error:.0e}"
-                )
+        failed = [(step, row) for step, row in zip(steps, rows, strict=True) if row.failure]
+        for failure in sorted({row.failure for _, row in failed}):
+            those = [(step, row) for step, row in failed if row.failure == failure]
+            of = [row for _, row in those]
+            print(
+                f"{name} fails ({failure}) at steps {', '.join(str(step) for step, _ in those)}: median "
+                f"{1e3 * np.median([row.seconds for row in of]):.0f} ms, residual {min(row.residual for row in of):.0e} "
+                f"to {max(row.residual for row in of):.0e}, error {min(row.error for row in of):.0e} to "
+                f"{max(row.error for row in of):.0e}"
+            )
     if picture is not None:
         draw(points, picture)
 
@@ -396,7 +400,8 @@ def wire_in_a_vessel() -> Scene:
         "loads": [{"kind": "gravity", "value": [0.0, 9.81, 0.0]}],
     }
     vessel = {"name": "vessel", "points": [[*point, 2e-3] for point in axis.tolist()]}
-    touch = {"name": "wall", "body": "wire", "samples": 2, "surface": {"kind": "vessels", "branches": [vessel]}}
+    lumen = {"kind": "vessels", "branches": [vessel], "spacing": 0.019}
+    touch = {"name": "wall", "body": "wire", "samples": 2, "surface": lumen}
     time_table = {"end": 1.0, "steps": 100, "integrator": "implicit-euler"}
     return Scene.model_validate({"body": [wire], "contact": [touch], "time": time_table})
 
@@ -455,12 +460,13 @@ def networks(scene: Scene, folder: Path, steps: int | None, rounds: int = 3) -> 
             ends[count] = system.bodies[0].x[-1], active, float(system.size)
             system.close()
     first = min(medians[min(cases)])
-    tip, active, size = ends[min(cases)]
+    tip = ends[min(cases)][0]
     for count in cases:
-        away = np.linalg.norm(ends[count][0] - tip) / size
+        end, active, size = ends[count]
+        away = np.linalg.norm(end - tip) / size
         print(
-            f"{count:6d} segments: step {1e3 * min(medians[count]):.3f} ms, detection "
-            f"{1e3 * min(detect[count]):.3f} ms, growth {min(medians[count]) / first - 1:+.1%}; active at the end {ends[count][1][-1]:g}, "
+            f"{count:6d} segments: step {1e3 * min(medians[count]):.3f} ms, detection {1e3 * min(detect[count]):.3f} ms; "
+            f"growth {min(medians[count]) / first - 1:+.1%}; active in the median {np.median(active):g}, "
             f"tip differs by {away:.0e} of the device's size"
         )
 

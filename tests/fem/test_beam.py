@@ -233,7 +233,6 @@ def test_free_fall_under_a_line_load():
             deviation.append(np.abs(rod.displacement - exact).max())
     rates = np.log2(np.array(deviation[:-1]) / deviation[1:])
     assert rates == pytest.approx(2.0, abs=0.3)
-    assert deviation[-1] < 1e-4 * np.linalg.norm(exact)
 
 
 @pytest.mark.parametrize("rayleigh", [(0.0, 0.0), (3.0, 0.0), (0.0, 2e-3)], ids=["undamped", "a", "b"])
