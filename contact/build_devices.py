@@ -178,19 +178,13 @@ def _inertia(table: BeamTable, rest: Centreline, profiles: list[Profile]) -> Bea
 
 def _function(values: list[Any]) -> Callable[[float], Floats]:
     """Numbers, expressions in t or functions of t as one function of t."""
-    here = np.zeros((1, 3))
     if all(isinstance(value, int | float) for value in values):
         fixed = np.array(values, dtype=float)
         return lambda t: fixed
     parts = [Expression(value) if isinstance(value, str) else value for value in values]
 
     def function(t: float) -> Floats:
-        return np.array(
-            [
-                part(here, t)[0] if isinstance(part, Expression) else part(t) if callable(part) else part
-                for part in parts
-            ],
-            dtype=float,
-        )
+        values = [part.at(t) if isinstance(part, Expression) else part(t) if callable(part) else part for part in parts]
+        return np.array(values, dtype=float)
 
     return function

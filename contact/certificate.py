@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,8 +42,12 @@ class Certificate:
 
     def within(self, tolerances: Tolerances) -> bool:
         """Whether every residual is finite and at most its tolerance."""
-        limits = asdict(tolerances)
-        return all(value <= limits[name] for name, value in asdict(self).items())
+        return (
+            self.complementarity <= tolerances.complementarity
+            and self.equilibrium <= tolerances.equilibrium
+            and self.surface_error <= tolerances.surface_error
+            and self.penetration <= tolerances.penetration
+        )
 
     @property
     def residual(self) -> float:
@@ -63,27 +67,26 @@ def certify(
     """
     present = present or lin
     contact_forces = [(body, present.free[body].apply_transpose(lam)) for body in system.bodies]
-    gaps = system.gaps()
-    rows = np.flatnonzero(lin.movable)
-    size, lengths = system.size, present.length[rows]
-    delta, lam, start = gaps[rows], lam[rows], np.minimum(free_gaps[rows], gaps[rows])
+    rows, size = lin.moving, system.size
+    delta, free, lam = system.gaps()[rows], free_gaps[rows], lam[rows]
+    lengths = present.length if np.ndim(present.length) == 0 else present.length[rows]
     active = np.flatnonzero(lam)  # a force below zero is an error, not an open contact
-    length = max(
-        float(np.max(-start, initial=0.0)), float(np.max(np.abs(delta - free_gaps[rows])[active], initial=0.0))
-    )
-    length = max(length, ROUNDING * size)
-    D = np.zeros(len(rows))
+    moved = np.abs(delta[active] - free[active]).max(initial=0.0)
+    length = max(float(-np.minimum(free, delta).min(initial=0.0)), float(moved), ROUNDING * size)
+    pull = np.zeros(len(rows))
     if active.size:
+        forces = lam[active]
         W_ii = lin.W.diagonal(np.searchsorted(lin.rows, rows[active]))
-        D[active] = np.maximum(W_ii, length / np.abs(lam).max())
-    complementarity = float(np.max(np.abs(np.minimum(D * lam, delta)), initial=0.0)) / length
+        pull[active] = np.maximum(W_ii, length / np.abs(forces).max()) * forces
+    complementarity = float(np.abs(np.minimum(pull, delta)).max(initial=0.0)) / length
     # A method that stops inside λ > 0 leaves forces of round-off on open gaps; complementarity counts those.
-    closed = active[np.abs(D[active] * lam[active]) > LOADED * length]
+    relative = delta / lengths
+    closed = np.abs(pull) > LOADED * length
     with system.clock("assemble"):
         equilibrium = max((body.imbalance(forces) for body, forces in contact_forces), default=0.0)
     return Certificate(
         complementarity,
         equilibrium,
-        float(np.max(np.abs(delta[closed]) / lengths[closed], initial=0.0)),
-        float(np.max(-delta / lengths, initial=0.0)),
+        float(np.abs(relative[closed]).max(initial=0.0)),
+        float(-relative.min(initial=0.0)),
     )

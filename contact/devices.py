@@ -17,7 +17,8 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
-MARGIN = 0.5  # gaps below this part of the radius make a point a candidate before any motion says so
+# Gaps below these parts of the radius make a point a candidate before any motion says so, and put it in the problem.
+MARGIN, CLOSE = 0.5, 0.25
 
 
 class DeviceContact:
@@ -54,6 +55,8 @@ class DeviceContact:
         self._followed = np.zeros(self.count, dtype=bool)  # whether `foot` is that of the last look
         self._look(np.ones(self.count, dtype=bool), self.radius)
         self._searching, self._fresh = True, False
+        self._meeting = np.zeros(self.count, dtype=bool)  # points that the free motion of the step has brought in
+        self._length = float(self.radius.max())
 
     def _points(self, x: Floats, R: Floats) -> Floats:
         p: Floats = beam_points.centreline_points(x, R, self.elements, self.xi, self.body.data.length)
@@ -66,6 +69,7 @@ class DeviceContact:
     def begin(self) -> None:
         """Before the first pass of a step: candidates are found anew."""
         self._searching = True
+        self._meeting[:] = False
 
     def moved(self) -> None:
         """The beam has moved: what was detected holds no more."""
@@ -100,7 +104,8 @@ class DeviceContact:
         offset = np.full(self.count, np.inf)
         offset[rows] = np.einsum("qd,qd->q", self.at[rows] - self.foot.point[rows], normals[rows]) - self.radius[rows]
         H = ElementRows(values, self._first, self.body.space.size)
-        return Constraints({self.body: H}, offset, normals, self.places, self.areas, float(self.radius.max()))
+        close = self._meeting | (self.known <= CLOSE * self.radius)
+        return Constraints({self.body: H}, offset, normals, self.places, self.areas, self._length, close)
 
     def _meet(self) -> bool:
         """Make candidates of the points that the free motion could bring to the wall; whether there are any new ones.
@@ -115,6 +120,7 @@ class DeviceContact:
         if not new.any():
             return False
         self.candidates |= new
+        self._meeting |= new
         self._first_met(np.flatnonzero(new & (self.known > self.radius)), free)
         return True
 

@@ -35,7 +35,7 @@ class Gatherer:
         self.system = system
         self.comm = system.comm
         counts = [body.space.piece.total for body in system.bodies]
-        self.first = dict(zip(system.bodies, np.cumsum([0, *counts[:-1]]).tolist(), strict=True))
+        self.first: dict[Any, int] = dict(zip(system.bodies, np.cumsum([0, *counts[:-1]]).tolist(), strict=True))
         self.total = sum(counts)
         self.originals = {body: self._originals(body) for body in system.bodies}
         self.radius = self._device_radius()
@@ -126,7 +126,7 @@ class Gatherer:
             substeps=accepted.substeps,
             passes=result.passes,
             iterations=result.iterations,
-            contacts=len(result.linearisation.rows),
+            contacts=int(result.linearisation.met.sum()),
             converged=accepted.converged,
             certificate=asdict(result.certificate),
             seconds=accepted.seconds,

@@ -9,7 +9,7 @@ pass.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,6 @@ from contact.detection import closest_points, first_root, root_along
 from contact.points import ContactPoints
 from contact.rows import Rows, SparseRows
 from contact.surfaces import Surface
-from fem.body import Body
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -33,6 +32,7 @@ class Constraints:
     normals, places : unit normals and undeformed positions, replicated, (c, D)
     areas : replicated, (c)
     length : what gaps are measured against: the body's size, a device's radius [m]
+    close : which of the constraints that were met the contact problem should hold already, (c); None for all
     """
 
     H: dict[Any, Rows]
@@ -41,6 +41,7 @@ class Constraints:
     places: Floats
     areas: Floats
     length: float
+    close: Bools | None = None
 
     @property
     def count(self) -> int:

@@ -48,7 +48,7 @@ RestShape = Annotated[StraightTable | ArcTable | HelixTable | PolylineTable, Fie
 
 
 class SectionTable(Table):
-    """One section of a beam: its length, elements, rest shape, and a material with radii or the stiffnesses themselves."""
+    """One section of a beam: its length, elements, rest shape, and a material with radii or the stiffnesses as such."""
 
     length: Positive = Field(description="[m]")
     elements: Annotated[int, Field(ge=1)]

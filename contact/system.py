@@ -61,7 +61,8 @@ class Linearisation:
     """The constraints of all pairs in one order, and the rows among them that can carry force.
 
     `H` are the columns of all owned unknowns, `free` those of the unknowns that nothing prescribes. `movable` marks the
-    constraints that some unknown can move; `rows` are those among them that detection has met: the contact problem's.
+    constraints that some unknown can move; `met` are those among them that detection has met, the candidates, and
+    `rows` those of them in the contact problem: all, or those close enough that they may carry force.
     `base` are contact forces that the free motion of the bodies includes.
     """
 
@@ -70,6 +71,7 @@ class Linearisation:
     free: dict[Body, Rows]
     offset: Floats
     movable: NDArray[np.bool_]
+    met: NDArray[np.bool_]
     rows: Ints
     G: Floats | None
     clock: Clock
@@ -87,8 +89,21 @@ class Linearisation:
     def with_operator(self, other: Linearisation) -> Linearisation:
         """These constraints with the operator of an earlier linearisation."""
         result = copy(self)
-        result.W = other.W
+        result.W, result.rows = other.W, other.rows
         return result
+
+    def covered(self, other: Linearisation) -> bool:
+        """Whether every constraint violated here is in the contact problem of `other`, whose rows are met here."""
+        outside = self.met & (self.offset < 0)
+        outside[other.rows] = False
+        return not outside.any() and bool(self.met[other.rows].all())
+
+    def include(self, carrying: NDArray[np.bool_]) -> None:
+        """Take constraints that carry force, where detection has met them, into the contact problem."""
+        missing = carrying & self.met
+        missing[self.rows] = False
+        if missing.any():
+            self.rows = np.union1d(self.rows, np.flatnonzero(missing))
 
     def full(self, values: Floats, rest: float = 0.0) -> Floats:
         """Values of all constraints from those of the rows in the problem, `rest` elsewhere."""
@@ -102,8 +117,16 @@ class Linearisation:
 
     @cached_property
     def length(self) -> Floats:
-        """What the gap of each constraint is measured against, (c) [m]."""
+        """What the gap of each constraint is measured against, (c), or () where it is the same for all [m]."""
+        lengths = [part.length for part in self.constraints]
+        if len(set(lengths)) == 1:
+            return np.array(lengths[0])
         return np.concatenate([np.empty(0), *[np.full(part.count, part.length) for part in self.constraints]])
+
+    @cached_property
+    def moving(self) -> Ints:
+        """The constraints that some unknown can move."""
+        return np.flatnonzero(self.movable)
 
 
 class System:
@@ -173,7 +196,9 @@ class System:
         """
         self._base = None
         if lam is not None and not self.linear and len(lam) == sum(part.count for part in self._detected):
-            self._free_with(self.detect(), lam)
+            found = self.detect()
+            found.include(lam > 0)
+            self._free_with(found, lam)
             return
         with self.clock("factor"):
             for body in self.bodies:
@@ -221,10 +246,11 @@ class System:
         if self.linear:
             self.free_motion()
             return found
-        if contracting and np.array_equal(last.rows, found.rows):
+        if contracting and found.covered(last):
             found = found.with_operator(last)
         else:
             self._renew(lam)
+            found.include(lam > 0)
         self._free_with(found, lam)
         return found
 
@@ -248,9 +274,11 @@ class System:
         movable = np.zeros(len(offset), dtype=bool)
         for body, h in free.items():
             movable |= total(body.comm, h.touching().astype(float)) > 0
-        rows = np.flatnonzero(movable & np.isfinite(offset))
+        met = movable & np.isfinite(offset)
+        close = [np.ones(part.count, dtype=bool) if part.close is None else part.close for part in parts]
+        rows = np.flatnonzero(met & (close[0] if len(close) == 1 else np.concatenate([np.empty(0, dtype=bool), *close])))
         G = self._rigid_rates(free)
-        return Linearisation(parts, H, free, offset, movable, rows, None if G is None else G[rows], self.clock)
+        return Linearisation(parts, H, free, offset, movable, met, rows, None if G is None else G[rows], self.clock)
 
     def _rigid_rates(self, free: dict[Body, Rows]) -> Floats | None:
         """G = H R for the floating bodies; ValueError where no constraint opposes one of their modes."""
@@ -309,7 +337,8 @@ class System:
     def gaps(self) -> Floats:
         """True gaps of the present state, for all constraints (c) [m]. Collective."""
         with self.clock("detect"):
-            return np.concatenate([np.empty(0), *[pair.gaps() for pair in self.pairs]])
+            gaps = [pair.gaps() for pair in self.pairs]
+            return gaps[0] if len(gaps) == 1 else np.concatenate([np.empty(0), *gaps])
 
     def crossed(self) -> str:
         """Which contact has a point that went through its surface on the way to the present state; '' for none."""

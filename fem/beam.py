@@ -274,17 +274,8 @@ class Beam:
         self._load(t)
         if not (np.isfinite(d).all() and np.isfinite(self.load).all()):
             raise ValueError(f"body {self.name!r}: a support or load is not finite at t = {t:.6g}")
-        if self.inertia is not None:
-            # The prediction stretches the beam: its geometric stiffness is better taken from the stress before it.
-            self._stress = self._stresses()
         self._shift(d)
         self.renew()
-
-    def _stresses(self) -> Floats:
-        """D₁(γ − γ₀) and D₂(ψ − ψ₀) of the present configuration, (N − 1, 6)."""
-        gamma, psi = kernels.strains(self.edges, self.R)
-        data = self.data
-        return np.hstack([data.axial * (gamma - data.chord), data.bending * (psi - data.twist)])
 
     def _follow(self, drive: Drive, motion: Floats, d: Floats) -> None:
         """The increments that bring a node to its prescribed place."""
@@ -292,22 +283,32 @@ class Beam:
         to = np.concatenate(
             [
                 self.start[i] + motion[:3] - self.x[i],
-                kernels.relative_rotations(self.R[i : i + 1], (exp(motion[3:]) @ self.start_frames[i])[None])[0],
+                self._turn_to(i, motion[3:]),
             ]
         )
         held = list(drive.components)
         d[held] = to[held]
 
+    def _turn_to(self, i: int, rotation: Floats) -> Floats:
+        """The spin that brings node i to a rotation vector since the start."""
+        frame = self.start_frames[i] if not rotation.any() else exp(rotation) @ self.start_frames[i]
+        spin: Floats = kernels.relative_rotations(self.R[i : i + 1], np.ascontiguousarray(frame)[None])[0]
+        return spin
+
     def _begin_dynamics(self, integrator: Integrator) -> None:
+        """Inertia, rates of strain, and the stress before the step.
+
+        The prediction stretches the beam: its geometric stiffness is better taken from the stress before it.
+        """
         inertia = self.inertia
         assert inertia is not None
-        a, b = inertia.rayleigh
-        self._J = np.einsum("nij,nj,nkj->nik", self.R, inertia.rotary, self.R)
+        b, data = inertia.rayleigh[1], self.data
+        self._J = (self.R * inertia.rotary[:, None, :]) @ np.swapaxes(self.R, 1, 2)
+        gamma, psi = kernels.strains(self.edges, self.R)
+        self._stress = np.hstack([data.axial * (gamma - data.chord), data.bending * (psi - data.twist)])
         if b:
             # b K v as a stress of the rate of strain: (1 + b/dt) C (γ − γ₀'), with γ₀' between γ₀ and γ_n.
             rate = b * integrator.damping
-            gamma, psi = kernels.strains(self.edges, self.R)
-            data = self.data
             self._damped = replace(
                 data,
                 chord=(data.chord + rate * gamma) / (1 + rate),

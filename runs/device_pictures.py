@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from contact.record import RecordReader
 from contact.surfaces import Surface
 from runs.device_sights import Sight, View, beams_of, sight_of, smooth
+from runs.frame import Frame
 from runs.pictures import BLUE, GREY, VERMILLION, Floats, Ints
-from runs.plot import DPI, Frame, footer, new_figure, title
+from runs.plot import DPI, footer, new_figure, title
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

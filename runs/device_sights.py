@@ -14,8 +14,8 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial import cKDTree
 
 from contact.surfaces import Surface
+from runs.frame import Frame
 from runs.pictures import Floats, Ints
-from runs.plot import Frame
 
 FINE, COARSE = 900, 280
 """The wall's grid resolves the smallest vessel in sight by four cells a radius, between these parts of the diagonal."""

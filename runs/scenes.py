@@ -39,8 +39,9 @@ def command(arguments: argparse.Namespace, petsc_options: list[str]) -> int:
     _check_file("-o", target)
     if arguments.plot:
         _check_file("--plot", Path(arguments.plot), ".png")
+    run = {"petsc_options": " ".join(petsc_options), "folder": str(path.parent.resolve())}
     try:
-        _run(scene, path.parent, text, target, bool(arguments.resume), {"petsc_options": " ".join(petsc_options)})
+        _run(scene, path.parent, text, target, bool(arguments.resume), run)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
     if arguments.plot:

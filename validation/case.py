@@ -173,7 +173,8 @@ class Run:
         clock.lap()
         system.prepare()
         exact = Tolerances(surface_error=1e-8, penetration=1e-8)
-        self.solved = Solved(system, step(system, model.time.end, model.time.end, model.solver.method, tolerances=exact))
+        end, method = model.time.end, model.solver.method
+        self.solved = Solved(system, step(system, end, end, method, tolerances=exact))
         self.seconds = clock.lap()
         return self.solved
 

@@ -301,13 +301,15 @@ def methods(files: Path, picture: Path | None) -> None:
     table: dict[str, list[Answer]] = {name: [] for name in names}
     points: dict[str, list[Answer]] = {name: [] for name in names}
     steps, sizes, actives, conditions = [], [], [], []
+    for name in ("status", "lemke", "gauss-seidel"):  # their kernels compile
+        METHODS[name](ContactProblem(DenseDelassus(np.eye(2) + 1), -np.ones(2)), None, 1e-6)
     for file in sorted(files.glob("step_*.npz")):
         problem, start = recorded(file)
         W = problem.W.columns(np.arange(problem.W.size))
         answers = {name: [answer(problem, name, start, 1e-12)] for name in names}
         if picture is not None:
             for name in ITERATIVE:
-                answers[name] += [answer(problem, name, start, t, 0.0) for t in (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)]
+                answers[name] += [answer(problem, name, start, t, 0.0) for t in (1e-3, 1e-6, 1e-9)]
         every = [one for several in answers.values() for one in several if one.lam is not None]
         best = min(every, key=lambda one: one.residual).lam
         assert best is not None
@@ -346,8 +348,8 @@ def methods(files: Path, picture: Path | None) -> None:
             of = [row for _, row in those]
             print(
                 f"{name} fails ({failure}) at steps {', '.join(str(step) for step, _ in those)}: median "
-                f"{1e3 * np.median([row.seconds for row in of]):.0f} ms, residual {min(row.residual for row in of):.0e} "
-                f"to {max(row.residual for row in of):.0e}, error {min(row.error for row in of):.0e} to "
+                f"{1e3 * np.median([row.seconds for row in of]):.0f} ms, residual "
+                f"{min(row.residual for row in of):.0e} to {max(row.residual for row in of):.0e}, error {min(row.error for row in of):.0e} to "
                 f"{max(row.error for row in of):.0e}"
             )
     if picture is not None:
@@ -384,12 +386,12 @@ def draw(points: dict[str, list[Answer]], picture: Path) -> None:
 
 
 def wire_in_a_vessel() -> Scene:
-    """A wire of 100 elements is pushed along a bent vessel of 10 segments, half its thickness a step."""
+    """A wire of 100 elements is pushed along a bent vessel of 10 segments, on whose floor it lies, half its thickness a step."""
     bend, radius = np.linspace(0.0, 1.0, 8)[:, None], 0.05
     arc = [0.1, 0.0, 0.0] + radius * np.hstack([np.sin(bend), 0 * bend, 1 - np.cos(bend)])
     end = arc[-1] + [0.02 * np.cos(1.0), 0.0, 0.02 * np.sin(1.0)]
     axis = np.vstack([[-0.02, 0.0, 0.0], [0.04, 0.0, 0.0], arc, end])
-    section = {"length": 0.1, "elements": 100, "radius": 4.45e-4, "E": 12e9, "nu": 0.33, "density": 6450.0}
+    section = {"length": 0.1, "elements": 100, "radius": 4.45e-4, "E": 1e9, "nu": 0.33, "density": 6450.0}
     wire = {
         "name": "wire",
         "kind": "beam",
@@ -465,8 +467,8 @@ def networks(scene: Scene, folder: Path, steps: int | None, rounds: int = 3) -> 
         end, active, size = ends[count]
         away = np.linalg.norm(end - tip) / size
         print(
-            f"{count:6d} segments: step {1e3 * min(medians[count]):.3f} ms, detection {1e3 * min(detect[count]):.3f} ms; "
-            f"growth {min(medians[count]) / first - 1:+.1%}; active in the median {np.median(active):g}, "
+            f"{count:6d} segments: step {1e3 * min(medians[count]):.3f} ms, growth {min(medians[count]) / first - 1:+.1%}"
+            f"; detection {1e3 * min(detect[count]):.3f} ms; active in the median {np.median(active):g}, "
             f"tip differs by {away:.0e} of the device's size"
         )
 

@@ -68,3 +68,37 @@ def run(tables: dict[str, Any], comm: Any = MPI.COMM_SELF, watch: Any = None) ->
 
     march(system, scene, sink)
     return system, steps
+
+
+def quantities(comm: Any) -> dict[str, float]:
+    """What a wire pushed round a bend and a solid block in the same scene come to, by name. Collective."""
+    block = {
+        "name": "block",
+        "mesh": {"shape": "box", "size": [1.0, 1.0, 1.0], "n": 2, "structured": True},
+        "material": {"E": 2.0, "nu": 0.3, "state": "3d"},
+        "supports": [{"tag": "left"}],
+        "density": 1.0,
+        "velocity": [0.0, 0.1, 0.0],
+    }
+    tables = pushed(0.5, 0.05, 10)
+    tables["body"].append(block)
+    system, steps = run(tables, comm)
+    (beam, _) = system.bodies
+    result = {
+        "force": max(step.result.lam.sum() for step in steps),
+        "norm": float(np.linalg.norm([np.linalg.norm(step.result.lam) for step in steps])),
+        "passes": float(sum(step.result.passes for step in steps)),
+        "substeps": float(sum(step.substeps for step in steps)),
+        **{f"tip {axis}": float(value) for axis, value in zip("xyz", beam.x[-1], strict=True)},
+    }
+    system.close()
+    return result
+
+
+if __name__ == "__main__":
+    import json
+    import sys
+
+    values = quantities(MPI.COMM_WORLD)
+    if MPI.COMM_WORLD.rank == 0:
+        json.dump(values, sys.stdout)

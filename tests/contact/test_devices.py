@@ -107,7 +107,7 @@ def test_points_lie_on_the_centreline():
     line = join([straight(0.01, 4), arc(0.02, 10, 0.01)])
     sections = [Section(20e9, R, nu=0.3), Section(20e9, 2 * R, nu=0.3)]
     body, pair = device(line, SURFACES["plane"][0], 3, 1.0, sections)
-    exact = join([straight(0.01, 12), arc(0.02, 30, 0.01)])
+    exact = join([straight(0.01, 14), arc(0.02, 28, 0.01)])
     s = exact.arc
     assert np.linalg.norm(pair.places - exact.points, axis=1).max() < 1.05 * 0.002**4 / 0.01**3 / 384
     np.testing.assert_array_equal(pair.places[[0, -1]], body.x[[0, -1]])
@@ -124,9 +124,9 @@ def test_rows_are_the_derivative_of_gaps(name):
     for lift in np.linspace(0.0, 2e-3, 9):
         put(body, [0.0, 0.0, -lift])
         found = looked(pair)
-        if pair.candidates.sum() > 3:
+        if pair.candidates.sum() > 2:
             break
-    assert pair.candidates.sum() > 3
+    assert pair.candidates.sum() > 2
     base = body.x, body.R, body.edges
 
     def gaps(h):
@@ -193,13 +193,12 @@ def assembled(body, every):
 def test_what_is_skipped_cannot_touch(name, monkeypatch):
     """Along a random walk every point that truly is within half a radius has its gap; most points were not looked at."""
     if name == "vessel":
-        surface = vessel()
-        line = straight(0.04, 20).placed([-0.05, 0.0, 0.0], [1.0, 0.0, 0.0])
-        body, pair = device(line, surface)
+        surface, line = vessel(), straight(0.04, 20).placed([-0.05, 0.0, 0.0], [1.0, 0.0, 0.0])
         distance = lambda x: nearest(surface, x).distance  # noqa: E731
     else:
-        body, pair, distance = example(name)
-        surface = pair.surface
+        surface, distance = SURFACES[name]
+        line = straight(0.05, 20) if name == "cylinder" else arc(0.05, 20, 0.02).placed([0, -0.02, 0], [1.0, 0.0, 0.0])
+    body, pair = device(line, surface)
     asked = 0
     find = DeviceContact._find
 

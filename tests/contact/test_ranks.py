@@ -12,7 +12,7 @@ from mpi4py import MPI
 
 
 def test_two_ranks() -> None:
-    """Quantities of nodal and mortar contact in two and three dimensions, of membranes, mixed and rigid bodies, in time."""
+    """Quantities of nodal and mortar contact in 2 and 3 dimensions, of membranes, mixed and rigid bodies, in time."""
     launcher = Path(sys.executable).parent / "mpiexec"
     mpiexec = str(launcher) if launcher.exists() else shutil.which("mpiexec")
     if mpiexec is None:

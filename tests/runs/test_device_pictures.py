@@ -15,7 +15,7 @@ from runs import device_pictures
 from runs.cli import BAD_INPUT, main
 from runs.device_pictures import Stage, device_figure
 from runs.device_sights import View, Wall, beams_of, focus, sight_of, smooth, views_of, wall_of
-from runs.plot import Frame
+from runs.frame import Frame
 
 R, r, N = 5e-3, 4e-4, 24
 TUBE = f"surface = {{kind = 'cylinder', centre = [0.0, 0.0, 0.0], axis = [1.0, 0.0, 0.0], radius = {R}, inside = true}}"

@@ -13,8 +13,9 @@ from matplotlib.collections import TriMesh
 from contact.record import CERTIFICATE, Grid, Record, StepData
 from meshes.mesh import Mesh
 from meshes.structured import grid as structured
+from runs.frame import arc_length, von_mises
 from runs.pictures import Patches, lattice, outer_faces, outline, subdivided, triangles
-from runs.plot import arc_length, plot_record, record_figure, von_mises
+from runs.plot import plot_record, record_figure
 
 A, P0, DEPTH = 0.3, 0.16, 0.09
 EXACT = f"{P0} * sqrt(where(x**2 + y**2 < {A}**2, 1 - (x**2 + y**2)/{A}**2, 0))"

@@ -17,9 +17,9 @@ from fem import beam_element
 from fem.beam import Beam
 from fem.beam_points import point_blocks
 from validation.case import Parameter, Quantity, Run, case
+from validation.exact.columns import euler_load
 from validation.exact.common import positive
 from validation.exact.elastica import CantileverElastica, rolled_tip
-from validation.exact.rods import euler_load
 from validation.exact.spatial_rod import ArcRod
 
 Floats = NDArray[np.float64]

@@ -15,8 +15,8 @@ from contact.devices import DeviceContact
 from validation.case import Parameter, Quantity, Run, case
 from validation.cases.beams import beam_of, elements, planar, rod, slopes, stiffness
 from validation.cases.rods import aligned
+from validation.exact.columns import ColumnWalls, DawsonPaslay
 from validation.exact.elastica import ColumnElastica
-from validation.exact.rods import ColumnWalls, DawsonPaslay
 
 Floats = NDArray[np.float64]
 STEPS = 25

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
+Regime = Literal["free", "point", "line"]
 
 
 def finite(**parameters: float) -> None:

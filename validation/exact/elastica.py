@@ -11,8 +11,8 @@ import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc, expit
 
-from validation.exact.common import Floats, positive
-from validation.exact.rods import Regime, euler_load
+from validation.exact.columns import euler_load
+from validation.exact.common import Floats, Regime, positive
 
 
 class Swing(NamedTuple):

@@ -11,8 +11,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, root
 
-from validation.exact.common import Floats, positive
-from validation.exact.rods import Regime, WireTube
+from validation.exact.common import Floats, Regime, positive
+from validation.exact.rods import WireTube
 
 
 class State(NamedTuple):

@@ -28,3 +28,13 @@ def hooke(displacement_gradient, E, nu, extra_strain=0.0):
 def divergence(tensor_field, points):
     """∂σ_ij/∂x_j of a field of tensors (n, d, d), shape (n, d)."""
     return np.trace(gradient(tensor_field, points), axis1=2, axis2=3)
+
+
+def fourth(w, x, h):
+    """w⁗(x) by central differences of step h."""
+    return (w(x - 2 * h) - 4 * w(x - h) + 6 * w(x) - 4 * w(x + h) + w(x + 2 * h)) / h**4
+
+
+def second(w, x, h):
+    """w″(x) by central differences of step h."""
+    return (w(x - h) - 2 * w(x) + w(x + h)) / h**2

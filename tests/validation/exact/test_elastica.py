@@ -8,8 +8,8 @@ from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
+from validation.exact.columns import ColumnWalls, euler_load
 from validation.exact.elastica import CantileverElastica, ColumnElastica, rolled_tip
-from validation.exact.rods import ColumnWalls, euler_load
 
 
 def shoot(theta0, kappa0, length, force):
