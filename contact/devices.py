@@ -128,7 +128,7 @@ class DeviceContact:
         """Give points the planes where their ways from the last accepted state to `end` first meet the wall."""
         start, way = self.accepted[rows], end[rows] - self.accepted[rows]
         s = first_root(self.surface, start, end[rows], 1e-3 * float(self.radius.min()))
-        met = np.isfinite(s)
+        met = s > 0  # a point that starts in the wall, as its interference allows, keeps its closest plane
         point = start[met] + s[met, None] * way[met]
         gradient = self.surface.gradient(point)
         self.foot.point[rows[met]] = point
@@ -202,7 +202,7 @@ class DeviceContact:
         if not rows.size:
             return False
         tolerance = 1e-3 * float(self.radius.min())
-        return bool(np.isfinite(first_root(self.surface, self.accepted[rows], self.at[rows], tolerance)).any())
+        return bool((first_root(self.surface, self.accepted[rows], self.at[rows], tolerance) > 0).any())
 
     def accept(self) -> None:
         """Take the present state as the start of the next step's motion."""

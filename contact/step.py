@@ -15,7 +15,7 @@ from contact.system import Linearisation, System
 Floats = NDArray[np.float64]
 
 # A pass that leaves more than this part of the residual, or more than NEAR of it, does not contract: A is formed anew.
-CONTRACTING, NEAR = 0.2, 1e-4
+CONTRACTING, NEAR = 0.2, 1e-6
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ class Memo:
         n = len(first)
         if n == self.n and np.array_equal(np.sort(self.order[:n]), first):
             return True
-        block = W[first[:, None], first]
+        block = W.take(first, axis=0).take(first, axis=1)
         L, info = lapack.dpotrf(block.T, lower=1, clean=0)
         if info or np.any(np.diagonal(L) ** 2 <= PIVOT * np.diagonal(block)):
             return False

@@ -92,13 +92,14 @@ def run(scene: Scene, folder: Path, steps: int | None, sink: Callable[[System, A
 
 
 class Solves:
-    """In the place of `contact.step.solve`: the same, and what it was called with last and solved."""
+    """In the place of `contact.step.solve`: the same; counts its calls, keeps the last problem and solution."""
 
     def __init__(self, watch: Callable[[ContactProblem, Floats | None], None] = lambda problem, start: None) -> None:
-        self._solve, self._watch = contact.step.solve, watch
+        self._solve, self._watch, self.calls = contact.step.solve, watch, 0
 
     def __call__(self, problem: ContactProblem, method: str, start: Floats | None) -> Solution:
         """`contact.solvers.solve`."""
+        self.calls += 1
         self._watch(problem, start)
         self.problem, self.solution = problem, self._solve(problem, method, start)
         return self.solution
@@ -125,38 +126,35 @@ class Floor:
         self._ksp.getPC().setFactorOrdering("natural")
         self._ksp.setErrorIfNotConverged(True)
 
-    def __call__(self, problem: ContactProblem, lam: Floats) -> tuple[float, float]:
-        """Seconds of the floor with either factor."""
+    def __call__(self, problem: ContactProblem, lam: Floats) -> Floats:
+        """Seconds of factor, columns and Cholesky with PETSc's factor and with the beam's own, (2, 3)."""
         active = np.flatnonzero(lam > 0)
         ((body, H),) = problem.W.H.items()
+        own = [seconds(body._matrix.factor), 0.0, 0.0]
+        factor = self._factored(body.A)
+        if not len(active):
+            return np.array([[factor, 0.0, 0.0], own])
         B = np.asfortranarray(H.take(active).sparse().T.toarray())
         # A unit diagonal and a shift let the factorisation run to its end whatever the contacts' dependence.
         W = problem.W.columns(active)[active]
         S = 1 / np.sqrt(np.diag(W))
         W = np.asfortranarray(S[:, None] * W * S + 1e-8 * np.eye(len(S)))
-        cholesky = seconds(lambda: lapack.dpotrf(W, lower=1)) if len(active) else 0.0
-        own = seconds(body._matrix.factor)
-        own += seconds(lambda: body.solve(B)) if len(active) else 0.0
-        return self._petsc(body.A, B) + cholesky, own + cholesky
+        own[1:] = seconds(lambda: body.solve(B)), seconds(lambda: lapack.dpotrf(W, lower=1))
+        rhs, X = (PETSc.Mat().createDense(b.shape, array=b, comm=PETSc.COMM_SELF) for b in (B, np.zeros_like(B)))
+        columns = seconds(lambda: self._ksp.matSolve(rhs, X))
+        rhs.destroy()
+        X.destroy()
+        return np.array([[factor, columns, own[2]], own])
 
-    def _petsc(self, A: Any, B: Floats) -> float:
+    def _factored(self, A: Any) -> float:
         if self._matrix is None:
             self._matrix = A.duplicate(copy=True)
-            self._ksp.setOperators(self._matrix)
-            self._ksp.setUp()
+            self._factor()
         times = []
         for _ in range(3):
             A.copy(self._matrix, structure=PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
             times.append(seconds(self._factor, 1))
-        if not B.shape[1]:
-            return min(times)
-        rhs, X = (
-            PETSc.Mat().createDense(B.shape, array=b, comm=PETSc.COMM_SELF) for b in (B, np.zeros_like(B, order="F"))
-        )
-        columns = seconds(lambda: self._ksp.matSolve(rhs, X))
-        rhs.destroy()
-        X.destroy()
-        return min(times) + columns
+        return min(times)
 
     def _factor(self) -> None:
         self._ksp.setOperators(self._matrix)
@@ -171,37 +169,36 @@ def floor(scene: Scene, folder: Path, steps: int | None) -> None:
 
         def sink(system: System, accepted: AcceptedStep) -> None:
             result = accepted.result
+            calls, solves.calls = solves.calls, 0
             sets.append(np.flatnonzero(result.lam > 0))
             candidates = len(result.linearisation.rows)
             if accepted.number and accepted.converged and candidates >= CANDIDATES:  # the first step compiles kernels
-                floors.append(accepted.substeps * np.array(measure(solves.problem, solves.solution.lam)))
+                floors.append(accepted.substeps * measure(solves.problem, solves.solution.lam))
                 phases.append(accepted.seconds)
-                rows.append((result.passes, accepted.substeps, candidates, len(sets[-1])))
+                rows.append((result.passes, calls, accepted.substeps, candidates, len(sets[-1])))
 
         run(scene, folder, steps, sink)
     if not rows:
         raise SystemExit(f"no step has {CANDIDATES} candidates")
-    passes, substeps, candidates, active = np.array(rows).T
+    passes, calls, substeps, candidates, active = np.array(rows).T
     totals = np.array([phase["total"] for phase in phases])
     changes = np.mean([not np.array_equal(a, b) for a, b in pairwise(sets)])
     print(f"steps with >= {CANDIDATES} candidates: {len(rows)} of {len(sets)} (but the first)")
-    for name, values in (("passes", passes), ("substeps", substeps), ("candidates", candidates), ("active", active)):
-        print(
-            f"{name:11} median {np.median(values):g}, mean {values.mean():.2f}, most {values.max()}, last {values[-1]}"
-        )
+    names = ("passes", "all passes", "substeps", "candidates", "active")  # all: those of substeps given up too
+    for name, values in zip(names, (passes, calls, substeps, candidates, active), strict=True):
+        middle, mean, most, last = np.median(values), values.mean(), values.max(), values[-1]
+        print(f"{name:11} median {middle:g}, mean {mean:.2f}, most {most}, last {last}")
     print(f"the active set changes in {changes:.0%} of the steps")
     print(f"step        median {1e3 * np.median(totals):.2f} ms (target {TARGET:g}), mean {1e3 * totals.mean():.2f}")
     for phase in ("assemble", "factor", "detect", "delassus", "solve"):
         print(f"  {phase:9} median {1e3 * np.median([p[phase] for p in phases]):.2f} ms")
-    single = substeps == 1
-    for name, values in zip(("PETSc's LU", "own factor"), np.array(floors).T, strict=True):
+    for name, parts in zip(("PETSc's LU", "own factor"), np.moveaxis(np.array(floors), 1, 0), strict=True):
+        values, (factor, columns, cholesky) = parts.sum(axis=1), 1e3 * np.median(parts, axis=0)
         ratio = totals / values
-        per_pass = ratio * substeps / passes
         print(
-            f"floor by {name}: median {1e3 * np.median(values):.3f} ms; step/floor: ratio of medians "
-            f"{np.median(totals) / np.median(values):.1f} (target {RATIO:g}), median ratio {np.median(ratio):.1f}, "
-            f"a pass {np.median(per_pass):.1f}"
-            + (f", steps not divided {np.median(ratio[single]):.1f}" if single.any() else "")
+            f"floor by {name}: median {1e3 * np.median(values):.3f} ms (factor {factor:.3f}, columns {columns:.3f}, "
+            f"Cholesky {cholesky:.3f}); step/floor: ratio of medians {np.median(totals) / np.median(values):.1f} "
+            f"(target {RATIO:g}), median ratio {np.median(ratio):.1f}, a pass {np.median(ratio * substeps / calls):.1f}"
         )
 
 
@@ -345,12 +342,11 @@ def methods(files: Path, picture: Path | None) -> None:
         failed = [(step, row) for step, row in zip(steps, rows, strict=True) if row.failure]
         for failure in sorted({row.failure for _, row in failed}):
             those = [(step, row) for step, row in failed if row.failure == failure]
-            of = [row for _, row in those]
+            took, left, off = np.array([(row.seconds, row.residual, row.error) for _, row in those]).T
             print(
                 f"{name} fails ({failure}) at steps {', '.join(str(step) for step, _ in those)}: median "
-                f"{1e3 * np.median([row.seconds for row in of]):.0f} ms, residual "
-                f"{min(row.residual for row in of):.0e} to {max(row.residual for row in of):.0e}, error {min(row.error for row in of):.0e} to "
-                f"{max(row.error for row in of):.0e}"
+                f"{1e3 * np.median(took):.0f} ms, residual {left.min():.0e} to {left.max():.0e}, "
+                f"error {off.min():.0e} to {off.max():.0e}"
             )
     if picture is not None:
         draw(points, picture)
@@ -386,7 +382,7 @@ def draw(points: dict[str, list[Answer]], picture: Path) -> None:
 
 
 def wire_in_a_vessel() -> Scene:
-    """A wire of 100 elements is pushed along a bent vessel of 10 segments, on whose floor it lies, half its thickness a step."""
+    """A wire of 100 elements lies in a bent vessel of 10 segments and is pushed on, half its thickness a step."""
     bend, radius = np.linspace(0.0, 1.0, 8)[:, None], 0.05
     arc = [0.1, 0.0, 0.0] + radius * np.hstack([np.sin(bend), 0 * bend, 1 - np.cos(bend)])
     end = arc[-1] + [0.02 * np.cos(1.0), 0.0, 0.02 * np.sin(1.0)]
@@ -408,7 +404,7 @@ def wire_in_a_vessel() -> Scene:
     return Scene.model_validate({"body": [wire], "contact": [touch], "time": time_table})
 
 
-def surrounded(scene: Scene, segments: int) -> tuple[Scene, int]:
+def surrounded(scene: Scene, folder: Path, segments: int) -> tuple[Scene, int]:
     """The scene with vessels of up to 10 segments added until there are `segments`, and how many there are then.
 
     They lie on a lattice around the box of the scene's own vessels, the nearest ones first, as wide as those are in the
@@ -416,8 +412,10 @@ def surrounded(scene: Scene, segments: int) -> tuple[Scene, int]:
     """
     from contact.scene_surfaces import BranchTable, tree_of_table
 
-    pair = scene.contacts[0]
-    own, _ = tree_of_table(pair.surface, Path()).segments()
+    pair: Any = scene.contacts[0]
+    if not getattr(pair.surface, "branches", []):
+        raise SystemExit("networks: the scene's first contact must be with vessels given by branches")
+    own, _ = tree_of_table(pair.surface, folder).segments()
     missing = segments - len(own)
     if missing <= 0:
         return scene, len(own)
@@ -443,7 +441,7 @@ def surrounded(scene: Scene, segments: int) -> tuple[Scene, int]:
 
 def networks(scene: Scene, folder: Path, steps: int | None, rounds: int = 3) -> None:
     """Print the median step in each network, the least of a few rounds, and how it grows."""
-    cases = {count: case for case, count in (surrounded(scene, n) for n in SEGMENTS)}
+    cases = {count: case for case, count in (surrounded(scene, folder, n) for n in SEGMENTS)}
     medians: dict[int, list[float]] = {count: [] for count in cases}
     detect: dict[int, list[float]] = {count: [] for count in cases}
     ends: dict[int, tuple[Floats, Ints, float]] = {}
@@ -466,10 +464,11 @@ def networks(scene: Scene, folder: Path, steps: int | None, rounds: int = 3) -> 
     for count in cases:
         end, active, size = ends[count]
         away = np.linalg.norm(end - tip) / size
+        growth = min(medians[count]) / first - 1
         print(
-            f"{count:6d} segments: step {1e3 * min(medians[count]):.3f} ms, growth {min(medians[count]) / first - 1:+.1%}"
-            f"; detection {1e3 * min(detect[count]):.3f} ms; active in the median {np.median(active):g}, "
-            f"tip differs by {away:.0e} of the device's size"
+            f"{count:6d} segments: step {1e3 * min(medians[count]):.3f} ms, growth {growth:+.1%}; detection "
+            f"{1e3 * min(detect[count]):.3f} ms; active in the median {np.median(active):g}, tip differs by {away:.0e} "
+            "of the device's size"
         )
 
 

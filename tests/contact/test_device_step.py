@@ -32,20 +32,28 @@ supports = [{{ at = "start", push = "1.0 * t" }}]
 [[contact]]
 name = "wall"
 body = "wire"
-surface = {{ kind = "torus", centre = [-0.01, 0.03, 0.0], axis = [0.0, 0.0, 1.0], bend = 0.03, radius = {tube}, inside = true }}
 {more}
+[contact.surface]
+kind = "vessels"
+[[contact.surface.branches]]
+name = "tube"
+points = [
+    [-0.06, 0.0, 0.0, {tube}], [-0.02, 0.0, 0.0, {tube}], [0.0, 0.0, 0.0, {tube}], [0.01, 0.002, 0.0, {tube}],
+    [0.02, 0.01, 0.0, {tube}], [0.03, 0.03, 0.0, {tube}]
+]
 
 [time]
-end = 4e-3
+end = 16e-3
 steps = 8
 integrator = "implicit-euler"
 """
 
 
-def pressed(surface, **changes):
-    """A clamped wire whose other end is pushed down 2 mm on something in its way, under a line load, in statics."""
+def pressed(name, **changes):
+    """A clamped wire whose other end is pushed down on something in its way, under a line load, in statics."""
+    surface, way = OBSTACLES[name]
     loads = [{"kind": "line", "value": [0.3, -0.2, -0.4]}]
-    supports = [{"at": "start"}, {"at": "end", "displacement": [0.0, 0.0, "-2e-3 * t"], "hold": ["z", "y"]}]
+    supports = [{"at": "start"}, {"at": "end", "displacement": [0.0, 0.0, f"-{way} * t"], "hold": ["z", "y"]}]
     return {
         "body": [wire(supports=supports, loads=loads)],
         "contact": [contact(surface)],
@@ -55,17 +63,23 @@ def pressed(surface, **changes):
 
 
 OBSTACLES = {
-    "plane": {"kind": "plane", "point": [0.0, 0.0, -RADIUS - 5e-4], "normal": [0.02, 0.0, 1.0]},
-    "post": {"kind": "cylinder", "centre": [-0.02, 0.0, -RADIUS - 2e-3], "axis": [0.0, 1.0, 0.0], "radius": 1.9e-3},
-    "ball": {"kind": "sphere", "centre": [-0.02, 3e-4, -RADIUS - 2e-3], "radius": 1.9e-3},
-    "tube": {"kind": "cylinder", "centre": [0.0, 0.0, 0.0], "axis": [1.0, 0.0, -0.01], "radius": 1e-3, "inside": True},
+    "plane": ({"kind": "plane", "point": [-0.025, 0.0, -RADIUS - 6e-4], "normal": [0.01, 0.0, 1.0]}, 1e-3),
+    "post": (
+        {"kind": "cylinder", "centre": [-0.02, 0.0, -RADIUS - 2e-3], "axis": [0.0, 1.0, 0.0], "radius": 1.9e-3},
+        2e-3,
+    ),
+    "ball": ({"kind": "sphere", "centre": [-0.02, 3e-4, -RADIUS - 2e-3], "radius": 1.9e-3}, 2e-3),
+    "tube": (
+        {"kind": "cylinder", "centre": [0.0] * 3, "axis": [1.0, 0.0, -0.01], "radius": 8e-4, "inside": True},
+        4e-4,
+    ),
 }
 
 
 @pytest.mark.parametrize("name", OBSTACLES)
 def test_pressed(name):
     """Certified; supports, contact forces along the normals and the load add up to nothing, and gaps are true."""
-    system, steps = run(pressed(OBSTACLES[name]))
+    system, steps = run(pressed(name))
     assert len(steps) == 4
     assert all(step.result.certificate.within(Tolerances()) for step in steps)
     (body,), (pair,) = system.bodies, system.pairs
@@ -108,7 +122,7 @@ def test_methods_agree(method):
     """The same forces by every contact method, to the tolerance of the step."""
     forces = []
     for name in ("status", method):
-        system, steps = run(pressed(OBSTACLES["post"], solver={"method": name}))
+        system, steps = run(pressed("post", solver={"method": name}))
         (pair,) = system.pairs
         n = steps[-1].result.linearisation.constraints[0].normals
         forces.append(steps[-1].result.lam @ n)
@@ -122,11 +136,10 @@ def test_methods_agree(method):
 @pytest.mark.parametrize("diameters", [0.1, 1.0, 10.0, 100.0])
 def test_inserted_at_any_speed(diameters):
     """A wire pushed by so many diameters a step stays in its vessel and is certified, or the run says that it failed."""
-    way = {0.1: 1.5e-3, 1.0: 15e-3, 10.0: 40e-3, 100.0: 50e-3}[diameters]
+    way = {0.1: 8e-3, 1.0: 20e-3, 10.0: 40e-3, 100.0: 50e-3}[diameters]
     count = round(way / (2 * RADIUS * diameters))
     tables = pushed(0.5, way / 0.5, count)
-    if diameters == 0.1:  # begin where there is a wall to meet
-        tables["body"][0]["placement"]["start"] = [-0.0305, 0.0, 0.0]
+    tables["body"][0]["placement"]["start"] = [-0.04, 0.0, 0.0]
     seen = []
 
     def watch(system, step):
@@ -140,7 +153,7 @@ def test_inserted_at_any_speed(diameters):
     try:
         system, _ = run(tables, watch=watch)
         (body,) = system.bodies
-        assert body.x[0, 0] == pytest.approx(tables["body"][0]["placement"]["start"][0] + way, rel=1e-9)
+        assert body.x[0, 0] == pytest.approx(-0.04 + way, rel=1e-9)
     except ContactNotConvergedError:
         assert diameters == 100.0
         return
@@ -162,7 +175,7 @@ def test_thrown_at_an_obstacle_at_any_speed(kind, diameters):
         "contact": [contact(obstacle)],
         "time": {"end": count * dt, "steps": count, "integrator": "implicit-euler"},
     }
-    above, hit = [], []
+    above = []
 
     def watch(system, step):
         if not step.converged:
@@ -170,7 +183,6 @@ def test_thrown_at_an_obstacle_at_any_speed(kind, diameters):
         (pair,) = system.pairs
         over = np.argmin(np.abs(pair.places[:, 0] + 0.025))
         above.append(pair.accepted[over, 2])
-        hit.append(step.result.lam.sum())
         assert step.result.certificate.within(Tolerances())
         assert nearest(pair.surface, pair.accepted).distance.min() >= RADIUS * (1 - 1e-3)
 
@@ -179,7 +191,7 @@ def test_thrown_at_an_obstacle_at_any_speed(kind, diameters):
     except ContactNotConvergedError:
         assert diameters == 100.0
     else:
-        assert max(hit) > 0
+        assert above[-1] > -speed * count * dt + 1e-3  # it was stopped
     assert all(z > -2e-3 for z in above)
 
 
