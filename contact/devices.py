@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from contact import row_kernels
+from contact import device_kernels, row_kernels
 from contact.detection import first_root, nearest
 from contact.pairs import Constraints, check_interference
 from contact.rows import ElementRows
@@ -46,17 +46,19 @@ class DeviceContact:
         self.count = len(places)
         self.places = self._points(body.start, body.start_frames)
         self.areas = np.zeros(self.count)
+        self._length = float(self.radius.max()) or body.size
+        self._rounding = 1e-9 * self._length
         self._first = 6 * self.elements
         self.accepted = self.at = self.places
         self.candidates = np.zeros(self.count, dtype=bool)
         self.known = np.zeros(self.count)  # what the gap of each point is at least where it was last looked at …
         self.seen = self.places.copy()  # … and that place
-        self.foot = Foot(np.zeros(self.count), self.places.copy(), np.eye(3)[np.zeros(self.count, int)], np.zeros((self.count, 3, 3)))
+        normal = np.tile([1.0, 0.0, 0.0], (self.count, 1))
+        self.foot = Foot(np.zeros(self.count), self.places.copy(), normal, np.zeros((self.count, 3, 3)))
         self._followed = np.zeros(self.count, dtype=bool)  # whether `foot` is that of the last look
         self._look(np.ones(self.count, dtype=bool), self.radius)
         self._searching, self._fresh = True, False
         self._meeting = np.zeros(self.count, dtype=bool)  # points that the free motion of the step has brought in
-        self._length = float(self.radius.max())
 
     def _points(self, x: Floats, R: Floats) -> Floats:
         p: Floats = beam_points.centreline_points(x, R, self.elements, self.xi, self.body.data.length)
@@ -64,7 +66,7 @@ class DeviceContact:
 
     def start(self) -> None:
         """Refuse an interference deeper than declared."""
-        check_interference(self.name, self.known, self.interference, float(self.radius.max()))
+        check_interference(self.name, self.known, self.interference, self._length)
 
     def begin(self) -> None:
         """Before the first pass of a step: candidates are found anew."""
@@ -96,13 +98,8 @@ class DeviceContact:
             return None
         self._searching = self._fresh = False
         normals = self.foot.normal.copy()
-        rows = np.flatnonzero(self.candidates)
-        values = np.zeros((self.count, 12))
-        values[rows] = beam_points.point_rows(
-            normals[rows], self.body.R, self.elements[rows], self.xi[rows], self.body.data.length
-        )
-        offset = np.full(self.count, np.inf)
-        offset[rows] = np.einsum("qd,qd->q", self.at[rows] - self.foot.point[rows], normals[rows]) - self.radius[rows]
+        values = beam_points.point_rows(normals, self.body.R, self.elements, self.xi, self.body.data.length)
+        offset = device_kernels.offsets(self.candidates, self.at, self.foot.point, normals, self.radius, values)
         H = ElementRows(values, self._first, self.body.space.size)
         close = self._meeting | (self.known <= CLOSE * self.radius)
         return Constraints({self.body: H}, offset, normals, self.places, self.areas, self._length, close)
@@ -127,7 +124,7 @@ class DeviceContact:
     def _first_met(self, rows: Ints, end: Floats) -> None:
         """Give points the planes where their ways from the last accepted state to `end` first meet the wall."""
         start, way = self.accepted[rows], end[rows] - self.accepted[rows]
-        s = first_root(self.surface, start, end[rows], 1e-3 * float(self.radius.min()))
+        s = first_root(self.surface, start, end[rows], 1e-3 * self._length)
         met = s > 0  # a point that starts in the wall, as its interference allows, keeps its closest plane
         point = start[met] + s[met, None] * way[met]
         gradient = self.surface.gradient(point)
@@ -136,8 +133,7 @@ class DeviceContact:
 
     def _bound(self) -> Floats:
         """What every gap is at least, from where it was last looked at."""
-        way = self.at - self.seen
-        bound: Floats = self.known - np.sqrt(np.einsum("qd,qd->q", way, way))
+        bound: Floats = device_kernels.bounds(self.known, self.at, self.seen)
         return bound
 
     def _look(self, chosen: Bools, reach: Floats) -> None:
@@ -148,27 +144,29 @@ class DeviceContact:
             self.known[rows] = self.surface.lower_bound(self.at[rows]) - self.radius[rows]
             self.seen[rows] = self.at[rows]
             near = rows[self.known[rows] <= reach[rows]]
-            self._find(near, None)
+            self._find(near, self.at[near], None)
             self._followed[near] = True
 
     def _follow(self, rows: Ints) -> None:
         """Closest points from those of before, moved along; a gap can change by no more than the point has moved."""
         if not rows.size:
             return
-        moved, before = self.at[rows] - self.seen[rows], self.known[rows]
-        way = np.sqrt(np.einsum("qd,qd->q", moved, moved))
-        self._find(rows, self.foot.point[rows] + moved)
-        self.seen[rows] = self.at[rows]
-        lost = rows[np.abs(self.known[rows] - before) > way + 1e-9 * self.radius[rows]]
-        self._find(lost, None)
-        self._followed[rows[self.known[rows] > 4 * self.radius[rows]]] = False
+        x, guess, way = device_kernels.moved(rows, self.at, self.seen, self.foot.point)
+        before = self.known[rows]
+        self._find(rows, x, guess)
+        now = self.known[rows]
+        lost = np.abs(now - before) > way + self._rounding
+        if lost.any():
+            self._find(rows[lost], x[lost], None)
+        far = now > 4 * self._length
+        if far.any():
+            self._followed[rows[far]] = False
 
-    def _find(self, rows: Ints, guess: Floats | None) -> None:
-        """The closest points of some points."""
+    def _find(self, rows: Ints, x: Floats, guess: Floats | None) -> None:
+        """The closest points of some points at x."""
         if rows.size:
-            for mine, found in zip(self.foot, nearest(self.surface, self.at[rows], guess), strict=True):
-                mine[rows] = found
-            self.known[rows] = self.foot.distance[rows] - self.radius[rows]
+            found = nearest(self.surface, x, guess)
+            device_kernels.settle(rows, x, tuple(found), self.radius, tuple(self.foot), self.known, self.seen)
 
     def gaps(self) -> Floats:
         """True gaps of the candidates, and what those of the others are at least, (c) [m]."""
@@ -201,7 +199,7 @@ class DeviceContact:
         rows = np.flatnonzero(way >= 2 * (self._bound() + self.radius) - way)
         if not rows.size:
             return False
-        tolerance = 1e-3 * float(self.radius.min())
+        tolerance = 1e-3 * self._length
         return bool((first_root(self.surface, self.accepted[rows], self.at[rows], tolerance) > 0).any())
 
     def accept(self) -> None:

@@ -285,8 +285,8 @@ def first_error(error: ValidationError) -> str:
     # pydantic names the branch of a union among the keys; a scene's author never wrote it.
     parts = [str(part) if isinstance(part, str) else part for part in found["loc"]]
     branch = {i + 1 for i, part in enumerate(parts) if isinstance(part, str) and part.startswith("tagged-union")}
-    branch |= {i + 1 for i, part in enumerate(parts) if part in ("mesh", "material")}
-    branch |= {2} if parts[0] == "body" and len(parts) > 2 else set()
+    branch |= {2} if parts[:1] == ["body"] and len(parts) > 2 else set()
+    branch |= {i + 1 for i, part in enumerate(parts) if part in ("mesh", "material") and i not in branch}
     branch |= {i - 1 for i in branch if str(parts[i - 1]).startswith("tagged-union")}
     steps = [p for i, p in enumerate(parts) if i not in branch]
     key = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in steps).lstrip(".")

@@ -30,13 +30,13 @@ def solve(problem: ContactProblem, start: Floats | None = None, tolerance: float
     Raises
     ------
     ValueError
-        The problem has no primal side.
+        The problem has no primal side, or a body without a matrix.
     InfeasibleError, ContactNotConvergedError
         From the status method; the latter also where δ or λ contradict it by more than 1e-9.
     """
     from contact.solvers import METHODS
 
-    if problem.primal is None:
+    if problem.primal is None or any(A is None for A in problem.primal.A):
         raise ValueError("method = 'kkt': allowed only where the matrices behind W are given (problem.primal)")
     found = METHODS["status"](problem, start, tolerance)
     active = np.flatnonzero(found.lam)

@@ -30,13 +30,13 @@ def solve(problem: ContactProblem, start: Floats | None = None, tolerance: float
     Raises
     ------
     ValueError
-        There is no primal side, a body is free, or a row of H has not exactly one entry.
+        There is no primal side, a body is free or without a matrix, or a row of H has not exactly one entry.
     InfeasibleError
         The bounds on an unknown leave no value.
     ContactNotConvergedError
         max|F| on free unknowns, or the violation of a sign, exceeds 1e-9 of the largest force.
     """
-    if problem.primal is None or problem.G is not None:
+    if problem.primal is None or problem.G is not None or any(A is None for A in problem.primal.A):
         raise ValueError(
             "method = 'vi-primal': allowed only for supported bodies given by their matrices (problem.primal)"
         )

@@ -436,7 +436,8 @@ def surrounded(scene: Scene, folder: Path, segments: int) -> tuple[Scene, int]:
         points = [[start[0] + piece * k, start[1], start[2], radius] for k in range(count + 1)]
         branches.append(BranchTable(name=f"other {number}", points=points))
     surface = pair.surface.model_copy(update={"branches": branches})
-    return scene.model_copy(update={"contacts": [pair.model_copy(update={"surface": surface})]}), segments
+    result = scene.model_copy(update={"contacts": [pair.model_copy(update={"surface": surface})]})
+    return result, len(tree_of_table(surface, folder).segments()[0])
 
 
 def networks(scene: Scene, folder: Path, steps: int | None, rounds: int = 3) -> None:

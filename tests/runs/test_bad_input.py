@@ -80,7 +80,7 @@ SCENES: dict[str, tuple[str, list[str]]] = {
     "degenerate cell": (with_mesh("degenerate.msh"), ["'block'"]),
     "quadrilaterals": (with_mesh("quad.msh"), ["'block'", "quad"]),
     "mixed cells": (with_mesh("mixed.msh"), ["'block'", "quad"]),
-    "unknown surface": (changed('kind = "plane"', 'kind = "torus"'), ["contact[0].surface", "'torus'"]),
+    "unknown surface": (changed('kind = "plane"', 'kind = "knot"'), ["contact[0].surface", "'knot'"]),
     "surface without its keys": (changed(", normal = [0.0, 1.0]", ""), ["contact[0].surface", "normal", "missing"]),
     "zero normal": (changed("normal = [0.0, 1.0]", "normal = [0.0, 0.0]"), ["'floor'", "normal", "[0.0, 0.0]"]),
     "vector of wrong length": (changed("point = [0.0, 0.0]", "point = [0.0]"), ["'floor'", "point", "2 coordinates"]),
