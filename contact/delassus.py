@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,7 +42,7 @@ class DirectDelassus(DenseDelassus):
         return np.asarray(self.W @ lam)
 
 
-def direct(H: dict[Body, Rows]) -> DirectDelassus | None:
+def direct(H: dict[Any, Rows]) -> DirectDelassus | None:
     """The operator of beams, or None where some body's compliance takes solves."""
     parts = [body.delassus(rows.values, rows.first // 6) for body, rows in H.items() if isinstance(rows, ElementRows)]
     if not parts or len(parts) < len(H) or any(part is None for part in parts):

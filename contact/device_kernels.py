@@ -6,6 +6,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from contact.surfaces import Foot
+
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
@@ -40,8 +42,7 @@ def moved(rows: Ints, at: Floats, seen: Floats, point: Floats) -> tuple[Floats, 
 
 @njit(cache=True)
 def settle(
-    rows: Ints, x: Floats, found: tuple[Floats, Floats, Floats, Floats],
-    radius: Floats, foot: tuple[Floats, Floats, Floats, Floats], known: Floats, seen: Floats,
+    rows: Ints, x: Floats, found: Foot, radius: Floats, foot: Foot, known: Floats, seen: Floats
 ) -> None:  # fmt: skip
     """Write the feet found for some points at x into those of all, and their gaps d − a."""
     for j in range(len(rows)):

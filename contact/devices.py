@@ -166,7 +166,7 @@ class DeviceContact:
         """The closest points of some points at x."""
         if rows.size:
             found = nearest(self.surface, x, guess)
-            device_kernels.settle(rows, x, tuple(found), self.radius, tuple(self.foot), self.known, self.seen)
+            device_kernels.settle(rows, x, found, self.radius, self.foot, self.known, self.seen)
 
     def gaps(self) -> Floats:
         """True gaps of the candidates, and what those of the others are at least, (c) [m]."""

@@ -148,12 +148,14 @@ class Gatherer:
         """
         found: list[tuple[Any, ...]] = []
         start = 0
+        body: Any
         for pair, part in zip(self.system.pairs, result.linearisation.constraints, strict=True):
             normals = _in_space(part.normals)
             if isinstance(pair, DeviceContact):
                 rows = np.flatnonzero(pair.candidates)
-                nodes = self.first[pair.body] + pair.nearest_nodes()[rows]
-                body, areas, point = pair.body, pair.areas[rows], pair.foot.point[rows]
+                body: Any = pair.body
+                nodes = self.first[body] + pair.nearest_nodes()[rows]
+                areas, point = pair.areas[rows], pair.foot.point[rows]
             else:
                 points: ContactPoints = pair.points  # type: ignore[attr-defined]
                 rows = np.arange(part.count)

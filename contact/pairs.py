@@ -245,7 +245,7 @@ class PointToPoint(_Unbent):
         if self._constraints is not None:
             return None
         p, o = self.points, self.others
-        H = {
+        H: dict[Any, Rows] = {
             p.body: SparseRows(p.matrix(np.broadcast_to(self.normal, (len(p.nodes), len(self.normal))))),
             o.body: SparseRows(o.matrix(np.broadcast_to(-self.normal, (len(o.nodes), len(self.normal))))),
         }

@@ -287,6 +287,8 @@ def first_error(error: ValidationError) -> str:
     branch = {i + 1 for i, part in enumerate(parts) if isinstance(part, str) and part.startswith("tagged-union")}
     branch |= {2} if parts[:1] == ["body"] and len(parts) > 2 else set()
     branch |= {i + 1 for i, part in enumerate(parts) if part in ("mesh", "material") and i not in branch}
+    branch |= {i + 1 for i, part in enumerate(parts) if part == "shape" and i not in branch}
+    branch |= {i for i, part in enumerate(parts) if str(part).startswith("literal[") or part == "float"}
     branch |= {i - 1 for i in branch if str(parts[i - 1]).startswith("tagged-union")}
     steps = [p for i, p in enumerate(parts) if i not in branch]
     key = "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in steps).lstrip(".")
@@ -297,7 +299,9 @@ def first_error(error: ValidationError) -> str:
         return f"{key}: missing, must be given"
     value = found["input"]
     shown = f" = {value!r}" if isinstance(value, str | int | float | bool) else ""
-    return f"{key}{shown}: {message[:1].lower()}{message[1:]}" if key else message
+    if message[1:2].islower():  # a sentence, not a symbol
+        message = message[:1].lower() + message[1:]
+    return f"{key}{shown}: {message}" if key else message
 
 
 def apply_change(data: dict[str, Any], change: str) -> None:

@@ -89,7 +89,9 @@ class PlacementTable(Table):
     direction: Vector3 = Field(default=[1.0, 0.0, 0.0], description="tangent at the start")
     roll: Number = Field(default=0.0, description="angle about that tangent [rad]")
     straight: bool = Field(default=False, description="laid out straight, whatever the rest shape")
-    path: list[Vector3] | None = Field(default=None, description="points to lay it along, from its start [m]")
+    path: Annotated[list[Vector3], Field(min_length=2)] | None = Field(
+        default=None, description="points to lay it along, from its start [m]"
+    )
 
 
 class BeamSupportTable(Table):
@@ -118,7 +120,7 @@ class BeamLoadTable(Table):
     @model_validator(mode="after")
     def _place(self) -> BeamLoadTable:
         if (self.at is None) == (self.kind == "point"):
-            raise ValueError(f"at = {self.at!r}: a {self.kind} load {'needs' if self.at is None else 'has no'} place")
+            raise ValueError(f"at = {self.at!r}: a {self.kind} load {'needs a' if self.at is None else 'has no'} place")
         if self.moment is not None and self.kind != "point":
             raise ValueError(f"moment: a {self.kind} load has none")
         return self

@@ -64,12 +64,13 @@ def step(
     for number in range(1, max_passes + 1):
         problem = system.problem(contacts)
         with system.clock("solve"):
-            solution = solve(problem, method, contacts.on_rows(lam))
+            solution = solve(problem, method, contacts.on_rows(lam), system.precision)
         system.correct(contacts, solution)
         corrected = system.detect()
 
         lam, iterations = contacts.full(solution.lam), iterations + solution.iterations
-        certificate = certify(system, contacts, lam, contacts.full(problem.q, np.inf), corrected)
+        with system.clock("assemble"):
+            certificate = certify(system, contacts, lam, contacts.full(problem.q, np.inf), corrected)
         if certificate.within(tolerances):
             if wall := system.crossed():
                 raise ContactNotConvergedError(f"a point of {wall!r} passes through a wall", iterations, np.inf)

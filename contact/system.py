@@ -152,6 +152,8 @@ class System:
         self.integrator = integrator
         self.size = max((body.size for body in bodies), default=1.0)
         self.linear = all(body.linear for body in bodies)
+        # Where further passes follow anyway, round-off of a single one is wasted.
+        self.precision = 1e-12 if self.linear else 1e-10
         self._detected: list[Constraints] = []
         self._linearisation: Linearisation | None = None
         self._base: Floats | None = None
@@ -262,10 +264,12 @@ class System:
         self._factor()
 
     def _stiffen(self, lam: Floats) -> None:
+        """Give the bodies the curvature of the surfaces under forces λ, for their next A."""
         starts = np.cumsum([0, *[part.count for part in self._detected]])
         if len(lam) == starts[-1]:
-            for pair, first, last in zip(self.pairs, starts[:-1], starts[1:], strict=True):
-                pair.stiffen(lam[first:last])
+            with self.clock("assemble"):
+                for pair, first, last in zip(self.pairs, starts[:-1], starts[1:], strict=True):
+                    pair.stiffen(lam[first:last])
 
     def _linearise(self, parts: list[Constraints]) -> Linearisation:
         offset = np.concatenate([np.empty(0), *[part.offset for part in parts]]) if len(parts) != 1 else parts[0].offset
@@ -276,7 +280,9 @@ class System:
             movable |= total(body.comm, h.touching().astype(float)) > 0
         met = movable & np.isfinite(offset)
         close = [np.ones(part.count, dtype=bool) if part.close is None else part.close for part in parts]
-        rows = np.flatnonzero(met & (close[0] if len(close) == 1 else np.concatenate([np.empty(0, dtype=bool), *close])))
+        rows = np.flatnonzero(
+            met & (close[0] if len(close) == 1 else np.concatenate([np.empty(0, dtype=bool), *close]))
+        )
         G = self._rigid_rates(free)
         return Linearisation(parts, H, free, offset, movable, met, rows, None if G is None else G[rows], self.clock)
 

@@ -106,7 +106,7 @@ def solve(run: Run) -> dict[str, Any]:
 def _add_rates(run: Run, reports: list[dict[str, Any]]) -> None:
     """The fitted rates over the levels, as quantities of the last report."""
     last = reports[-1]
-    for name, claims in run.case.rates.items():
+    for name, claims in run.case.claims(run.parameters).items():
         if len(reports) < 3 or run.order not in claims:
             continue
         rate, tolerance = claims[run.order]

@@ -22,6 +22,7 @@ from contact.system import System
 
 Floats = NDArray[np.float64]
 Parameter = float | str
+Rates = dict[str, dict[int, tuple[float, float]]]
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,8 @@ class Case:
     parameters : the symbols of the catalogue with their default values, and words such as ``constraint``
     levels : default mesh sizes h [m], coarse to fine, or a function of the parameters; empty where no mesh is to choose
     variants : changes of the parameters that a run without any goes through
-    rates : for quantities whose convergence is claimed over the levels, by order of the elements: (rate, tolerance)
+    rates : for quantities whose convergence is claimed over the levels, by order of the elements: (rate, tolerance);
+        or a function of the parameters
     """
 
     name: str
@@ -60,7 +62,7 @@ class Case:
     levels: tuple[float, ...] | Callable[[dict[str, Parameter]], tuple[float, ...]] = ()
     variants: tuple[dict[str, Parameter], ...] = ({},)
     orders: tuple[int, ...] = (2,)
-    rates: dict[str, dict[int, tuple[float, float]]] = field(default_factory=dict)
+    rates: Rates | Callable[[dict[str, Parameter]], Rates] = field(default_factory=dict)
     n_to_h: Callable[[int], float] | None = None
     method: str = "status"
 
@@ -73,6 +75,10 @@ class Case:
         """The default mesh sizes for these parameters."""
         levels = self.levels(parameters) if callable(self.levels) else self.levels
         return levels or (1.0,)
+
+    def claims(self, parameters: dict[str, Parameter]) -> Rates:
+        """The rates claimed for these parameters."""
+        return self.rates(parameters) if callable(self.rates) else self.rates
 
     def configure(self, changes: dict[str, Parameter]) -> dict[str, Parameter]:
         """The parameters after `changes`.

@@ -13,6 +13,7 @@ from contact.solvers.columns import EPSILON, PIVOT
 from contact.solvers.problem import SOLVED, DenseDelassus, Floats, InfeasibleError, Ints, Solution
 
 ROOM = 16  # rows that may enter before the factor needs a larger array
+BLOCKS = 3
 
 
 @dataclass
@@ -49,14 +50,14 @@ def solve(W: DenseDelassus, q: Floats, start: Floats, tolerance: float) -> Solut
     """
     c, values = len(q), W.W
     memo = W.memo = W.memo or Memo(np.abs(values).max(axis=0), np.arange(c))
-    first = np.flatnonzero(start)
-    if not memo.take(values, first):
+    lam = _block_steps(memo, values, q, start, tolerance)
+    if lam is None:
         return None
     n, order, U = memo.n, memo.order, memo.U
     active = np.zeros(c, np.int64)
-    active[first] = 1
+    active[order[:n]] = 1
     state, accuracy = np.array([n, -1, 0, 0]), max(W.noise, 4 * EPSILON)
-    lam, delta = start.copy(), q + values @ start
+    delta = q + values @ lam
     while True:
         verdict = kernels.ratio_tested(
             values, memo.slot, q, lam, delta, order, U, active, memo.peak, state,
@@ -73,3 +74,31 @@ def solve(W: DenseDelassus, q: Floats, start: Floats, tolerance: float) -> Solut
     if not scaled(np.diagonal(values) * lam, delta, length(q, delta - q)) <= SOLVED:
         return None
     return Solution(lam, np.empty(0), delta, int(state[2]), {"columns": float(c), "departures": float(state[3])})
+
+
+def _block_steps(memo: Memo, W: Floats, q: Floats, start: Floats, tolerance: float) -> Floats | None:
+    """λ ≥ 0 on independent rows, whose factor `memo` then holds; None where the guess has dependent rows.
+
+    All rows with a negative multiplier leave and all violated ones enter at once, a few times (a primal-dual active
+    set). Where that does not end at a λ ≥ 0, it is the guess.
+    """
+    rows = first = np.flatnonzero(start)
+    for _ in range(BLOCKS):
+        if not len(rows) or not memo.take(W, rows):
+            break
+        n = memo.n
+        order, x = memo.order[:n], -q[memo.order[:n]]
+        kernels.solve_transposed(memo.U, n, x)
+        kernels.solve_upper(memo.U, n, x)
+        lam = np.zeros_like(q)
+        lam[order] = x
+        delta = q + W @ lam
+        delta[order] = 0.0
+        small = tolerance * length(q, delta - q)
+        negative = x <= 0
+        if not negative.any():
+            return lam
+        wanted = delta < -small
+        wanted[order[~negative]] = True
+        rows = np.flatnonzero(wanted)
+    return start.copy() if memo.take(W, first) else None

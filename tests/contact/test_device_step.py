@@ -6,6 +6,7 @@ import json
 import shutil
 import subprocess
 import sys
+from dataclasses import asdict
 from pathlib import Path
 
 import device_examples
@@ -336,3 +337,21 @@ def test_nothing_happens():
     _, steps = run(pushed(0.0, 0.1, 2))
     assert [step.result.lam.sum() for step in steps] == [0.0, 0.0]
     assert all(step.result.certificate.within(Tolerances()) for step in steps)
+
+
+def test_the_shipped_tube(tmp_path: Path) -> None:
+    """Every step of `runs/tube.toml` is certified, no point is ever outside, and the tip is round both bends at the end."""
+    scene, record = Path(__file__).parents[2] / "runs" / "tube.toml", tmp_path / "tube.vtkhdf"
+    assert main(["run", str(scene), "-o", str(record)]) == DONE
+    with RecordReader(record) as reader:
+        steps = reader.steps()
+        assert steps["converged"].all()
+        assert len(steps["time"]) == 100
+        for key, limit in asdict(Tolerances()).items():
+            assert (steps[key] <= limit).all(), key
+        assert steps["active"].max() >= 4
+        assert (steps["active"] > 0).all()
+        assert min(reader.contact(step)["gap"].min(initial=0.0) for step in range(100)) >= -1e-3 * 1.8e-4
+        tip = reader.grid.points[-1] + reader.fields(99)[0]["displacement"][-1]
+    assert tip[0] > 0.035
+    assert tip[1] == pytest.approx(0.022, abs=3e-3)

@@ -19,7 +19,8 @@ from contact.certificate import Tolerances
 from contact.clock import PHASES
 from contact.record import RecordReader
 from contact.scene import SolverTable
-from fem.body import Body
+from fem.factor import Factor
+from fem.iteration_matrix import IterationMatrices
 from fem.rigid_body import RigidBody
 from runs.cli import BAD_INPUT, DONE, NOT_CONVERGED, OUTSIDE, main
 from validation.case import CASES, Run

@@ -10,7 +10,7 @@ import pytest
 from mpi4py import MPI
 
 import validation.cases  # noqa: F401  enters the cases into the catalogue
-from contact.solvers import METHODS
+from contact.solvers import METHODS, ContactNotConvergedError
 from validation.case import CASES, Run
 
 # Coarse mesh sizes; None is the case's default.
@@ -18,8 +18,13 @@ COARSE: dict[str, float] = {
     "transition": 1 / 16, "hertz-line": 1 / 20, "hertz-point": 1 / 20, "punch-cone": 1 / 20, "punch-flat": 1 / 20,
     "punch-wedge": 1 / 20, "layer": 1 / 10, "receding": 1 / 10, "membrane-ball": 1 / 4, "membrane-disc": 1 / 6,
     "string": 1 / 20, "plug": 1 / 4, "ball-shell": 1 / 8, "bar-stop": 1 / 8, "duplicated": 1 / 8, "opposed": 1 / 8,
-    "two-bars": 1.0, "v-groove": 1.0,
+    "two-bars": 1.0, "v-groove": 1.0, "cantilever-floor": 1 / 16, "heavy-beam": 1 / 16, "beam-stop": 1 / 20,
+    "column-walls": 1 / 8, "dawson-paslay": 0.45, "wire-tube": 0.3 / 20, "helix-tube": 1.6, "coil-tube": 0.4,
+    "spring-surface": 1.0, "ball-drop": 1.0, "bouncing-bar": 1.0, "hanging-bar": 1 / 20,
 }  # fmt: skip
+
+# Nothing touches in their last state.
+APART = {"circle", "bend-45", "euler-load", "elastica-tip", "bar-impact", "two-bar-impact"}
 
 # What a method cannot treat: rows of H with several entries, bodies that nothing holds, no matrices at all.
 REFUSED = {
@@ -29,7 +34,19 @@ REFUSED = {
     ("receding", "vi-primal"): "supported bodies",
     ("v-groove", "vi-primal"): "supported bodies",
     ("v-groove", "kkt"): "matrices behind W",
+    ("ball-drop", "vi-primal"): "their matrices",
+    ("ball-drop", "kkt"): "matrices behind W",
+    ("wire-tube", "vi-primal"): "several entries",
+    ("helix-tube", "vi-primal"): "several entries",
+    ("coil-tube", "vi-primal"): "several entries",
+    ("spring-surface", "vi-primal"): "several entries",
 }
+
+# Where a method stops without a solution and says so.
+NOT_CONVERGED = {("cantilever-floor", "vi-rsls")}
+
+# The elimination along a stiff chain leaves 1e-7 in W, which the saddle-point system, refined, has no part in.
+INEXACT = {("helix-tube", "kkt")}
 
 
 @pytest.fixture(scope="module", params=sorted(COARSE))
@@ -44,11 +61,11 @@ def run(request: pytest.FixtureRequest) -> Any:
 
 def test_every_case_is_here() -> None:
     """A new case joins."""
-    assert set(COARSE) == set(CASES)
+    assert set(COARSE) | APART == set(CASES)
 
 
 @pytest.mark.parametrize("method", [name for name in METHODS if name != "status"])
-def test_agreement(run: Run, method: str) -> None:
+def test_agreement(run: Run, method: str, request: pytest.FixtureRequest) -> None:
     """ΔλᵀWΔλ ≤ (1e-8)² λᵀWλ on the same W, and on bodies that nothing holds the same resultant Gᵀλ."""
     assert run.solved is not None
     problem = run.solved.result.problem
@@ -56,6 +73,12 @@ def test_agreement(run: Run, method: str) -> None:
         with pytest.raises(ValueError, match=reason):
             METHODS[method](problem)
         return
+    if (run.case.name, method) in NOT_CONVERGED:
+        with pytest.raises(ContactNotConvergedError):
+            METHODS[method](problem)
+        return
+    if (run.case.name, method) in INEXACT:
+        request.applymarker(pytest.mark.xfail(strict=True, reason="W of a chain is no better"))
     reference, found = METHODS["status"](problem), METHODS[method](problem)
     W = problem.W.columns(np.arange(problem.W.size))
     difference = found.lam - reference.lam
