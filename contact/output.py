@@ -148,7 +148,6 @@ class Gatherer:
         """
         found: list[tuple[Any, ...]] = []
         start = 0
-        body: Any
         for pair, part in zip(self.system.pairs, result.linearisation.constraints, strict=True):
             normals = _in_space(part.normals)
             if isinstance(pair, DeviceContact):
