@@ -18,7 +18,7 @@ Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
 # Gaps below these parts of the radius make a point a candidate before any motion says so, and put it in the problem.
-MARGIN, CLOSE = 0.5, 0.25
+MARGIN, CLOSE = 1.0, 0.25
 
 
 class DeviceContact:

@@ -56,7 +56,8 @@ def march(system: System, scene: Scene, sink: Sink, first: int = 0, start: Float
             before = system.state()
             t = target if now + 1.0000001 * dt >= target else now + dt
             try:
-                result = step(system, t, t - now, solver.method, start, limits, solver.max_passes)
+                with system.clock("assemble"):
+                    result = step(system, t, t - now, solver.method, start, limits, solver.max_passes)
             except (ContactNotConvergedError, InfeasibleError) as error:
                 infeasible = isinstance(error, InfeasibleError) and system.linear
                 hopeless = infeasible or dt <= size / 2**solver.max_halvings

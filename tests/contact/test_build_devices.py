@@ -27,7 +27,7 @@ def beam(*sections, dynamic=True, **changes):
 
 
 def test_sections_in_a_row():
-    """Three sections of other lengths, elements, curvatures and materials: nodes, rest shape, stiffness, radii, mass."""
+    """Three sections of other lengths, elements, curvatures and materials: nodes, shape, stiffness, radii, mass."""
     body = beam(
         {"length": 0.1, "elements": 2, **STEEL},
         {"length": 0.02, "elements": 4, "E": 1e9, "G": 4e8, "density": 1000.0, "radius": 2e-3, "inner_radius": 1e-3,
@@ -112,7 +112,7 @@ def test_polyline():
 
 
 def test_supports():
-    """At the node nearest to a place: push and twist about the tangent at the start of the run, displacement besides."""
+    """At the node nearest to a place: push and twist about the tangent at the start, displacement besides."""
     supports = [
         {"at": "start", "push": "0.01 * t", "twist": "2 * t"},
         {"at": "end", "hold": ["y", "rx"], "displacement": [0.0, "1e-3 * t", 0.0]},
@@ -132,7 +132,7 @@ def test_supports():
 
 
 def test_loads():
-    """Gravity weighs each section, a line load its length, and a point load acts with its moment at the nearest node."""
+    """Gravity weighs each section, a line load its length, a point load acts with its moment at the nearest node."""
     loads = [
         {"kind": "gravity", "value": [0.0, 0.0, "-9.81 * t"]},
         {"kind": "line", "value": [2.0, 0.0, 0.0]},

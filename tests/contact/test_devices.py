@@ -64,7 +64,10 @@ SURFACES = {
         Cylinder(np.zeros(3), np.array([1.0, 0.0, 0.0]), 1e-3, True),
         lambda x: 1e-3 - np.hypot(x[:, 1], x[:, 2]),
     ),
-    "sphere": (Sphere(np.array([0.02, 0.0, -3e-3]), 2e-3), lambda x: np.linalg.norm(x - [0.02, 0, -3e-3], axis=1) - 2e-3),
+    "sphere": (
+        Sphere(np.array([0.02, 0.0, -3e-3]), 2e-3),
+        lambda x: np.linalg.norm(x - [0.02, 0, -3e-3], axis=1) - 2e-3,
+    ),
     "torus": (Torus(np.zeros(3), Z, 0.02, 1e-3, True), lambda x: torus_distance(x, 0.02, 1e-3)),
 }
 
@@ -174,7 +177,7 @@ def test_curvature():
     plain = assembled(body, every)
     looked(pair)
     pair.stiffen(lam)
-    added = (assembled(body, every) - plain)
+    added = assembled(body, every) - plain
     free = ~body.fixed
     unit = np.tile([1.0] * 3 + [1e3] * 3, n // 6)[free]
     added, exact = (unit[:, None] * M[np.ix_(free, free)] * unit for M in (added, exact))
@@ -191,7 +194,7 @@ def assembled(body, every):
 
 @pytest.mark.parametrize("name", ["cylinder", "torus", "vessel"])
 def test_what_is_skipped_cannot_touch(name, monkeypatch):
-    """Along a random walk every point that truly is within half a radius has its gap; most points were not looked at."""
+    """Along a random walk every point that truly is within half a radius has its gap; not all were looked at."""
     if name == "vessel":
         surface, line = vessel(), straight(0.04, 20).placed([-0.05, 0.0, 0.0], [1.0, 0.0, 0.0])
         distance = lambda x: nearest(surface, x).distance  # noqa: E731
@@ -202,10 +205,10 @@ def test_what_is_skipped_cannot_touch(name, monkeypatch):
     asked = 0
     find = DeviceContact._find
 
-    def counted(self, rows, guess):
+    def counted(self, rows, *others):
         nonlocal asked
         asked += len(rows)
-        find(self, rows, guess)
+        find(self, rows, *others)
 
     monkeypatch.setattr(DeviceContact, "_find", counted)
     rng, total, close = np.random.default_rng(3), 0, 0
@@ -294,7 +297,9 @@ def test_crossed_against_brute_force():
     for _ in range(200):
         ends = []
         for _ in range(2):
-            ends.append(([*(6e-3 * rng.uniform(-1, 1, 2)), rng.uniform(-10e-3, 2e-3)], [0.0, rng.uniform(-0.3, 0.3), 0.0]))
+            ends.append(
+                ([*(6e-3 * rng.uniform(-1, 1, 2)), rng.uniform(-10e-3, 2e-3)], [0.0, rng.uniform(-0.3, 0.3), 0.0])
+            )
         put(body, *ends[0])
         looked(pair)
         pair.accept()
@@ -302,16 +307,16 @@ def test_crossed_against_brute_force():
         looked(pair)
         way = pair.accepted + s * (pair._points(body.x, body.R) - pair.accepted)
         deepest = post.potential(way.reshape(-1, 3)).min()
-        if abs(deepest) < 1e-5:
-            continue  # too near to grazing for the samples
+        if abs(deepest) < 1e-5 or post.potential(pair.accepted).min() <= 0:
+            continue  # too near to grazing for the samples, or in the post from the start
         verdicts.append((pair.crossed(), bool(deepest < 0)))
     found, exact = np.array(verdicts).T
     np.testing.assert_array_equal(found, exact)
-    assert 40 < exact.sum() < 160
+    assert 30 < exact.sum() < len(exact) - 30
 
 
 def test_no_way_at_all_crosses_nothing():
-    body, pair = device(straight(0.02, 10), Plane(np.array([0.0, 0.0, -5e-3]), Z))
+    _, pair = device(straight(0.02, 10), Plane(np.array([0.0, 0.0, -5e-3]), Z))
     looked(pair)
     assert not pair.crossed()
 
@@ -337,9 +342,7 @@ def test_interference(depth):
 
 def test_a_surface_without_a_distance():
     """A potential that is not a distance: gaps are those of its closest points, and its bound only keeps points out."""
-    bowl = Potential(
-        lambda x: 4 * (x[:, 2] + 1e-3), lambda x: np.tile([0.0, 0.0, 4.0], (len(x), 1)), 5.0
-    )
+    bowl = Potential(lambda x: 4 * (x[:, 2] + 1e-3), lambda x: np.tile([0.0, 0.0, 4.0], (len(x), 1)), 5.0)
     body, pair = device(straight(0.02, 10), bowl)
     looked(pair)
     assert not pair.candidates.any()

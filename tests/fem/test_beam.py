@@ -162,7 +162,7 @@ def test_loads_and_drives_must_be_finite():
     """A support or load that is not a number at some time is named, with the time."""
     bad = lambda t: np.full(6, np.nan)  # noqa: E731
     for options in ({"drives": [Drive(0, motion=bad)]}, {"drives": [Drive(0)], "loads": BeamLoads(points=[(3, bad)])}):
-        with beam(**options) as rod, pytest.raises(ValueError, match=r"'rod': a support or load is not finite at t = 2"):
+        with beam(**options) as rod, pytest.raises(ValueError, match=r"'rod': .* not finite at t = 2"):
             rod.begin(2.0, Static())
 
 
@@ -183,7 +183,7 @@ def test_imbalance():
 
 
 def test_an_increment_too_long_is_cut():
-    """A hundred times the load that bends it to a circle does not turn any node further than its linearisation holds."""
+    """A hundred times the load that bends it to a circle turns no node further than its linearisation holds."""
     loads = BeamLoads(points=[(8, lambda t: np.array([0.0, 0.0, 0.0, 0.0, 0.0, 200 * np.pi * EI]))])
     with beam(drives=[Drive(0)], loads=loads) as rod:
         rod.begin(1.0, Static())
@@ -300,7 +300,9 @@ def test_rayleigh_a_resists_motion():
     with beam(dynamic={"rayleigh": (a, 0.0), "velocity": (1.0, 0.0, 2.0)}) as rod:
         for n in range(1, 6):
             balance(rod, n * dt, ImplicitEuler(dt))
-            np.testing.assert_allclose(rod.v, np.tile(np.array([1.0, 0.0, 2.0]) / (1 + a * dt) ** n, (9, 1)), atol=1e-11)
+            np.testing.assert_allclose(
+                rod.v, np.tile(np.array([1.0, 0.0, 2.0]) / (1 + a * dt) ** n, (9, 1)), atol=1e-11
+            )
 
 
 def test_energy():
@@ -328,7 +330,7 @@ def test_spinning_about_its_axis():
     rate, dt = 5.0, 0.05
     with beam(dynamic={}) as rod:
         x, R, edges, v, w = rod.state()
-        rod.restore((x, R, edges, v, w + [rate, 0.0, 0.0]))
+        rod.restore((x, R, edges, v, w + np.array([rate, 0.0, 0.0])))
         for n in range(1, 41):
             balance(rod, n * dt, ImplicitEuler(dt))
         np.testing.assert_allclose(rod.R, np.tile(exp(np.array([rate * 2.0, 0.0, 0.0])), (9, 1, 1)), atol=1e-9)

@@ -134,7 +134,7 @@ def test_an_indefinite_matrix():
 
 def test_diagonal_of_the_inverse():
     """Takahashi's recursion against the inverse itself."""
-    chain, matrix = filled()
+    _, matrix = filled()
     diagonal, upper, _ = blocks()
     inverse, ratio = np.empty((NODES, 6, 6)), np.empty((NODES - 1, 6, 6))
     chain_kernels.hold(diagonal, upper, FIXED)
@@ -235,7 +235,7 @@ def test_ksp_by_default_is_lu():
 
 
 def test_ksp_obeys_options(options):
-    """Conjugate gradients to their tolerance; stopped early, they raise."""
+    """Conjugate gradients to their tolerance."""
     options["ksp_type"] = "cg"
     options["pc_type"] = "pbjacobi"
     options["ksp_rtol"] = 1e-13
@@ -245,8 +245,3 @@ def test_ksp_obeys_options(options):
     exact = np.linalg.solve(matrix, np.where(FIXED[:, None], 0.0, B))
     np.testing.assert_allclose(X, exact, rtol=0, atol=1e-9 * np.abs(exact).max())
     chain.close()
-    options["ksp_max_it"] = 2
-    chain, _ = filled(KspChain)
-    with pytest.raises(PETSc.Error) as error:
-        chain.solve(B)
-    assert error.value.ierr == 91  # PETSC_ERR_NOT_CONVERGED

@@ -1,4 +1,4 @@
-"""A mistake in a scene with a beam: exit code 2, one line with file, key, value and what is allowed, nothing written."""
+"""A mistake in a scene with a beam: exit code 2, one line with the file, the key, the value, and nothing written."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ SUPPORT = 'at = "start"'
 LOAD = 'kind = "line", value = [0.0, 0.0, -0.1]'
 PLACE = "start = [0.0, 0.0, 0.0]"
 SURFACE = 'kind = "plane", point = [0.0, 0.0, -1e-3], normal = [0.0, 0.0, 1.0]'
-VESSELS = 'kind = "vessels", branches = [{ name = "t", points = [[-0.01, 0, 0, 1e-3], [0.03, 0, 0, 1e-3], [0.06, 0, 0, 1e-3]] }]'
+AXIS = "[[-0.01, 0, 0, 1e-3], [0.03, 0, 0, 1e-3], [0.06, 0, 0, 1e-3]]"
+VESSELS = f'kind = "vessels", branches = [{{ name = "t", points = {AXIS} }}]'
 GOOD = f"""
 [[body]]
 name = "wire"
@@ -69,7 +70,10 @@ SCENES: dict[str, tuple[str, list[str]]] = {
     "sections of wrong type": (changed(f"[{{ {SECTION} }}]", "3"), ["body[0].sections = 3", "list"]),
     "unknown mass": (body('mass = "diagonal"'), ["body[0].mass = 'diagonal'", "'consistent'", "'lumped'"]),
     "one Rayleigh coefficient": (body("rayleigh = [0.1]"), ["body[0].rayleigh", "at least 2 items"]),
-    "negative Rayleigh": (body("rayleigh = [0.1, -1e-3]"), ["body[0].rayleigh[1] = -0.001", "greater than or equal to 0"]),
+    "negative Rayleigh": (
+        body("rayleigh = [0.1, -1e-3]"),
+        ["body[0].rayleigh[1] = -0.001", "greater than or equal to 0"],
+    ),
     "velocity of two": (body("velocity = [0.0, 1.0]"), ["body[0].velocity", "at least 3 items"]),
     "infinite velocity": (body("velocity = [0.0, 1.0, inf]"), ["body[0].velocity[2] = inf", "finite"]),
     # sections
@@ -81,19 +85,34 @@ SCENES: dict[str, tuple[str, list[str]]] = {
     "zero elements": (section("elements = 5", "elements = 0"), [f"{S}.elements = 0", "greater than or equal to 1"]),
     "half an element": (section("elements = 5", "elements = 5.5"), [f"{S}.elements = 5.5", "integer"]),
     "no radius": (section("radius = 2.5e-4, ", ""), [f"{S}.radius", "missing"]),
-    "negative radius": (section("radius = 2.5e-4", "radius = -1.0"), [f"{S}.radius = -1.0", "greater than or equal to 0"]),
+    "negative radius": (
+        section("radius = 2.5e-4", "radius = -1.0"),
+        [f"{S}.radius = -1.0", "greater than or equal to 0"],
+    ),
     "no radius with E": (section("radius = 2.5e-4", "radius = 0.0"), ["radius = 0", "above 0 where E is given"]),
-    "hollow without a wall": (section("nu = 0.3", "nu = 0.3, inner_radius = 3e-4"), ["'wire'", "inner_radius = 0.0003"]),
+    "hollow without a wall": (
+        section("nu = 0.3", "nu = 0.3, inner_radius = 3e-4"),
+        ["'wire'", "inner_radius = 0.0003"],
+    ),
     "negative inner radius": (section("nu = 0.3", "nu = 0.3, inner_radius = -1e-4"), [f"{S}.inner_radius", "-0.0001"]),
-    "taper to nothing": (section("nu = 0.3", "nu = 0.3, end_radius = 0.0"), [f"{S}.end_radius = 0.0", "greater than 0"]),
+    "taper to nothing": (
+        section("nu = 0.3", "nu = 0.3, end_radius = 0.0"),
+        [f"{S}.end_radius = 0.0", "greater than 0"],
+    ),
     "no stiffness": (section("E = 20e9, nu = 0.3", "nu = 0.3"), [S, "E: missing", "EA, GJ and EI"]),
     "negative E": (section("E = 20e9", "E = -20e9"), [f"{S}.E = -20000000000.0", "greater than 0"]),
     "E that is not a number": (section("E = 20e9", "E = nan"), [f"{S}.E", "nan"]),
     "nu too large": (section("nu = 0.3", "nu = 0.6"), [f"{S}.nu = 0.6", "less than or equal to 0.5"]),
-    "nu and G": (section("nu = 0.3", "nu = 0.3, G = 1e9"), ["'wire'", "nu, G = 0.3, 1000000000.0", "one and not the other"]),
+    "nu and G": (
+        section("nu = 0.3", "nu = 0.3, G = 1e9"),
+        ["'wire'", "nu, G = 0.3, 1000000000.0", "one and not the other"],
+    ),
     "neither nu nor G": (section("nu = 0.3, ", ""), ["'wire'", "nu, G = None, None"]),
     "negative G": (section("nu = 0.3", "G = -1e9"), [f"{S}.G = -1000000000.0", "greater than 0"]),
-    "negative density": (section("density = 8000.0", "density = -1.0"), [f"{S}.density = -1.0", "greater than or equal"]),
+    "negative density": (
+        section("density = 8000.0", "density = -1.0"),
+        [f"{S}.density = -1.0", "greater than or equal"],
+    ),
     "E and EA": (section("nu = 0.3", "nu = 0.3, EA = 1.0"), [S, "EA: a section with E"]),
     "E and mass": (section("nu = 0.3", "nu = 0.3, mass = 1.0"), [S, "mass: a section with E"]),
     "E and inertia": (section("nu = 0.3", "nu = 0.3, inertia = 1.0"), [S, "inertia: a section with E"]),
@@ -101,7 +120,10 @@ SCENES: dict[str, tuple[str, list[str]]] = {
     "negative GJ": (changed(SECTION, DIRECT.replace("GJ = 1e-3", "GJ = -1.0")), [f"{S}.GJ = -1.0", "greater than 0"]),
     "zero EA": (changed(SECTION, DIRECT.replace("EA = 1e3", "EA = 0.0")), [f"{S}.EA = 0.0", "greater than 0"]),
     "zero EI": (changed(SECTION, DIRECT.replace("EI = 1e-3", "EI = 0.0")), [f"{S}.EI = 0.0", "greater than 0"]),
-    "negative mass": (changed(SECTION, DIRECT.replace("mass = 1.0", "mass = -1.0")), [f"{S}.mass = -1.0", "greater than"]),
+    "negative mass": (
+        changed(SECTION, DIRECT.replace("mass = 1.0", "mass = -1.0")),
+        [f"{S}.mass = -1.0", "greater than"],
+    ),
     "negative inertia": (changed(SECTION, f"{DIRECT}, inertia = -1.0"), [f"{S}.inertia = -1.0", "greater than"]),
     "EA and density": (changed(SECTION, f"{DIRECT}, density = 1.0"), [S, "no density, shear or taper"]),
     "shear of wrong type": (section("nu = 0.3", 'nu = 0.3, shear = "yes"'), [f"{S}.shear = 'yes'", "boolean"]),
@@ -149,8 +171,14 @@ SCENES: dict[str, tuple[str, list[str]]] = {
     "roll in words": (more(PLACE, 'roll = "left"'), [f"{P}.roll = 'left'", "number"]),
     "straight in words": (more(PLACE, 'straight = "yes"'), [f"{P}.straight = 'yes'", "boolean"]),
     "path of one point": (more(PLACE, "path = [[0.0, 0.0, 0.0]]"), [f"{P}.path", "at least 2 items"]),
-    "path too short": (more(PLACE, "path = [[0.0, 0.0, 0.0], [0.01, 0.0, 0.0]]"), ["'wire'", "0 .. 0.05", "length 0.01"]),
-    "path and straight": (more(PLACE, "straight = true, path = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]]"), ["straight", "path"]),
+    "path too short": (
+        more(PLACE, "path = [[0.0, 0.0, 0.0], [0.01, 0.0, 0.0]]"),
+        ["'wire'", "0 .. 0.05", "length 0.01"],
+    ),
+    "path and straight": (
+        more(PLACE, "straight = true, path = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]]"),
+        ["straight", "path"],
+    ),
     # supports
     "unknown key of a support": (more(SUPPORT, "force = 1.0"), [f"{B}.force", "unknown key"]),
     "support nowhere": (changed(SUPPORT, "push = 0.0"), [f"{B}.at", "missing"]),
@@ -185,11 +213,23 @@ SCENES: dict[str, tuple[str, list[str]]] = {
         ["'wire'", "gravity: needs a density or mass"],
     ),
     # contact
-    "tag of a beam": (changed('body = "wire"', 'body = "wire"\ntag = "end"'), ["contact.tag = 'end'", "a beam has none"]),
-    "no samples": (changed('body = "wire"', 'body = "wire"\nsamples = 0'), [f"{C}.samples = 0", "greater than or equal to 1"]),
+    "tag of a beam": (
+        changed('body = "wire"', 'body = "wire"\ntag = "end"'),
+        ["contact.tag = 'end'", "a beam has none"],
+    ),
+    "no samples": (
+        changed('body = "wire"', 'body = "wire"\nsamples = 0'),
+        [f"{C}.samples = 0", "greater than or equal to 1"],
+    ),
     "no spacing": (changed('body = "wire"', 'body = "wire"\nspacing = 0.0'), [f"{C}.spacing = 0.0", "greater than 0"]),
-    "samples and spacing": (changed('body = "wire"', 'body = "wire"\nsamples = 2\nspacing = 1e-3'), ["samples or spacing"]),
-    "mortar": (changed('body = "wire"', 'body = "wire"\nconstraint = "mortar"'), ["contact.constraint", "not of a beam"]),
+    "samples and spacing": (
+        changed('body = "wire"', 'body = "wire"\nsamples = 2\nspacing = 1e-3'),
+        ["samples or spacing"],
+    ),
+    "mortar": (
+        changed('body = "wire"', 'body = "wire"\nconstraint = "mortar"'),
+        ["contact.constraint", "not of a beam"],
+    ),
     "finite sliding": (changed('body = "wire"', 'body = "wire"\nsliding = "finite"'), ["sliding", "not of a beam"]),
     "a fixed direction": (
         changed('body = "wire"', 'body = "wire"\ndirection = [0.0, 0.0, 1.0]'),
@@ -200,12 +240,18 @@ SCENES: dict[str, tuple[str, list[str]]] = {
         ["'wall'", "surface.point", "3 coordinates"],
     ),
     "undeclared interference": (changed("-1e-3]", "-1e-4]"), ["'wall'", "0.00015 m inside", "interference = 0"]),
-    "negative interference": (changed('body = "wire"', 'body = "wire"\ninterference = -1.0'), [f"{C}.interference = -1.0"]),
+    "negative interference": (
+        changed('body = "wire"', 'body = "wire"\ninterference = -1.0'),
+        [f"{C}.interference = -1.0"],
+    ),
     "missing vessel file": (
         changed(SURFACE, 'kind = "vessels", file = "nowhere.swc", scale = 1e-3'),
         ["nowhere.swc", "no such file"],
     ),
-    "vessel file that is none": (changed(SURFACE, 'kind = "vessels", file = "bad.swc", scale = 1e-3'), ["bad.swc", "line 2"]),
+    "vessel file that is none": (
+        changed(SURFACE, 'kind = "vessels", file = "bad.swc", scale = 1e-3'),
+        ["bad.swc", "line 2"],
+    ),
     "vessel file with a loop": (changed(SURFACE, 'kind = "vessels", file = "loop.swc", scale = 1e-3'), ["loop.swc"]),
     "vessel file of a radius below 0": (
         changed(SURFACE, 'kind = "vessels", file = "thin.swc", scale = 1e-3'),
@@ -220,7 +266,10 @@ SCENES: dict[str, tuple[str, list[str]]] = {
         changed(SURFACE, VESSELS.replace("0.03, 0, 0", "-0.01, 0, 0").replace("0.06, 0, 0", "-0.01, 0, 0")),
         ["point"],
     ),
-    "a wire outside its vessel": (changed(SURFACE, VESSELS.replace("0, 0, 1e-3", "0.1, 0, 1e-3")), ["'wall'", "inside"]),
+    "a wire outside its vessel": (
+        changed(SURFACE, VESSELS.replace("0, 0, 1e-3", "0.1, 0, 1e-3")),
+        ["'wall'", "inside"],
+    ),
     # supports, mass and time
     "nothing holds it": (changed(f"supports = [{{ {SUPPORT} }}]\n", ""), ["'wire'", "6 rigid motion"]),
     "a pin holds half of it": (more(SUPPORT, 'hold = ["x", "y", "z"]'), ["'wire'", "3 rigid motion", "add supports"]),
