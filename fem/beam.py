@@ -405,7 +405,9 @@ class Beam:
                 self._add_inertia(inner)
             outer = self.load
             if self.loads.line is not None:
-                outer = outer + self._line_moments()
+                # What the Hermite interpolation makes of a line load, beside half of it a node.
+                outer = outer.copy()
+                kernels.add_line_moments(outer.reshape(-1, 6), self.R, self.data.length, self._line)
             self._forces = inner.ravel(), outer
         return self._forces
 
@@ -427,14 +429,6 @@ class Beam:
             scheme.damping,
         )
 
-    def _line_moments(self) -> Floats:
-        """ℓ²/12 (t₁ × q, −t₂ × q): what the Hermite interpolation makes of a line load, beside half of it a node."""
-        arms = self.data.length[:, None] ** 2 / 12
-        f = np.zeros((self.space.nodes, 6))
-        f[:-1, 3:] = arms * np.cross(self.R[:-1, :, 0], self._line)
-        f[1:, 3:] -= arms * np.cross(self.R[1:, :, 0], self._line)
-        return f.ravel()
-
     def residual(self) -> Floats:
         """f_ext − f_int − inertia, zero at prescribed unknowns."""
         inner, outer = self._balance()
@@ -443,11 +437,10 @@ class Beam:
     def imbalance(self, contact: Floats) -> float:
         """‖f_int + inertia − f_ext − Hᵀλ‖ over the sum of the norms; moments count over an element's length."""
         inner, outer = self._balance()
-        rest = np.where(self.fixed, 0.0, inner - outer - contact)
-        norms = [float(np.linalg.norm(self._unit * f)) for f in (rest, inner, outer, contact)]
+        norms = kernels.norms(inner, outer, contact, self.fixed, self._unit)
         # A residual of 1e-8 of this is a strain of 1e-15, the round-off of strains.
-        least = 1e-7 * float((self._damped.axial[:, 0] * self._damped.length).max())
-        return norms[0] / max(sum(norms[1:]), least)
+        least = 1e-7 * float((self._damped.axial[:, 0] * self.data.length).max())
+        return float(norms[0] / max(norms[1:].sum(), least))
 
     def reactions(self) -> Floats:
         """f_int + inertia − f_ext of each node where an unknown of it is prescribed, (N, 6) [N, N m]; contact apart."""

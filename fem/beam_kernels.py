@@ -376,3 +376,28 @@ def add_inertia_forces(
             for b in range(3):
                 total += J[i, a, b] * (factor * turned[i, b] - rate * w[i, b])
             f[i, 3 + a] += total
+
+
+@njit(cache=True, error_model="numpy")
+def add_line_moments(f: Floats, R: Floats, length: Floats, line: Floats) -> None:
+    """Add ℓ²/12 (t₁ × q, −t₂ × q) to the moments of f (N, 6), for line loads q (N − 1, 3)."""
+    for i in range(len(length)):
+        arm = length[i] ** 2 / 12.0
+        for a in range(3):
+            b, c = (a + 1) % 3, (a + 2) % 3
+            f[i, 3 + a] += arm * (R[i, b, 0] * line[i, c] - R[i, c, 0] * line[i, b])
+            f[i + 1, 3 + a] -= arm * (R[i + 1, b, 0] * line[i, c] - R[i + 1, c, 0] * line[i, b])
+
+
+@njit(cache=True, error_model="numpy")
+def norms(inner: Floats, outer: Floats, contact: Floats, fixed: NDArray[np.bool_], unit: Floats) -> Floats:
+    """‖inner − outer − contact‖ at unknowns that are not fixed, ‖inner‖, ‖outer‖ and ‖contact‖, weighed by `unit`."""
+    squares = np.zeros(4)
+    for i in range(len(inner)):
+        u = unit[i] * unit[i]
+        if not fixed[i]:
+            squares[0] += u * (inner[i] - outer[i] - contact[i]) ** 2
+        squares[1] += u * inner[i] ** 2
+        squares[2] += u * outer[i] ** 2
+        squares[3] += u * contact[i] ** 2
+    return np.sqrt(squares)

@@ -179,7 +179,7 @@ def test_a_killed_run_keeps_every_finished_step(tmp_path: Path) -> None:
     """
     path, whole = tmp_path / "run.vtkhdf", tmp_path / "whole.vtkhdf"
     chance = random.Random(0)
-    acknowledged, kills_in_a_step = 0, 0
+    acknowledged, seen, kills_in_a_step = 0, 0, 0
     for kill in range(KILLS):
         command = [sys.executable, record_example.__file__, str(path), str(1_000_000)]
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=_environment()) as child:
@@ -203,8 +203,10 @@ def test_a_killed_run_keeps_every_finished_step(tmp_path: Path) -> None:
             acknowledged = reader.count
             kills_in_a_step += len(reader.file["steps/dt"]) > reader.count
             np.testing.assert_array_equal(reader.steps()["time"], [step(k).time for k in range(reader.count)])
-            for k in range(reader.count):
+            # The others have been seen; what became of them, the comparison at the end tells.
+            for k in range(seen, reader.count):
                 np.testing.assert_array_equal(reader.contact(k)["point"], step(k).point)
+            seen = reader.count
             if reader.count:
                 np.testing.assert_array_equal(
                     reader.checkpoint()["wire/x"], step(reader.count - 1).checkpoint["wire/x"]
