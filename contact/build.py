@@ -171,10 +171,14 @@ def field(value: Any) -> Any:
 def _pairs(table: ContactTable, bodies: dict[str, Any], folder: Path) -> list[Pair]:
     body = bodies[table.body]
     if isinstance(body, Beam):
-        obstacle, length = surface_of(table.surface, folder), float(body.data.length.sum())
+        obstacle, arc = surface_of(table.surface, folder), np.append(0.0, np.cumsum(body.data.length))
         _check_dimensions(table, 3)
-        count = (table.samples or 2) * len(body.data.length) if table.spacing is None else round(length / table.spacing)
-        places = np.linspace(0.0, length, max(count, 1) + 1)
+        elements = len(body.data.length)
+        if table.spacing is None:
+            each = np.linspace(0.0, elements, (table.samples or 2) * elements + 1)
+            places = np.interp(each, np.arange(elements + 1), arc)
+        else:
+            places = np.linspace(0.0, arc[-1], max(round(arc[-1] / table.spacing), 1) + 1)
         return [DeviceContact(table.name, body, obstacle, places, table.interference) for _ in range(table.copies)]
     assert table.tag is not None
     points = {"nodal": nodal, "mortar": mortar}[table.constraint](body, table.tag)

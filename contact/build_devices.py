@@ -27,6 +27,7 @@ from meshes import centrelines
 from meshes.centrelines import Centreline
 
 Floats = NDArray[np.float64]
+Load = Callable[[float], Floats]
 
 
 def beam_of(table: BeamTable, dynamic: bool) -> Beam:
@@ -37,6 +38,11 @@ def beam_of(table: BeamTable, dynamic: bool) -> Beam:
     ValueError
         One line that names what cannot be built and what is allowed.
     """
+    if not dynamic and (any(table.rayleigh) or any(table.velocity)):
+        raise ValueError(
+            f"body {table.name!r}: rayleigh, velocity: a scene in statics has none; "
+            "set time.integrator, or leave them out"
+        )
     try:
         rest = centrelines.join([_shape(section) for section in table.sections])
         profiles = [_profile(section) for section in table.sections]
@@ -45,7 +51,7 @@ def beam_of(table: BeamTable, dynamic: bool) -> Beam:
     except ValueError as error:
         raise ValueError(f"body {table.name!r}: {error}") from None
     radius = _radii(table, rest)
-    line, points = _loads(table, rest, profiles)
+    line, gravity, points = _loads(table, rest, profiles, dynamic)
     return Beam(
         table.name,
         start.points,
@@ -53,7 +59,7 @@ def beam_of(table: BeamTable, dynamic: bool) -> Beam:
         data,
         radius,
         [_drive(table, support, rest, start) for support in table.supports],
-        BeamLoads(line, points),
+        BeamLoads(line, gravity, points),
         _inertia(table, rest, profiles) if dynamic else None,
     )
 
@@ -123,16 +129,19 @@ def _drive(table: BeamTable, support: BeamSupportTable, rest: Centreline, start:
     still = not any((support.push, support.twist, support.displacement, support.rotation))
 
     def motion(t: float) -> Floats:
-        return np.concatenate([shift(t) + push(t) * tangent, turn(t) + twist(t) * tangent])
+        with np.errstate(invalid="ignore"):  # a beam says what is not finite
+            return np.concatenate([shift(t) + push(t) * tangent, turn(t) + twist(t) * tangent])
 
     components = tuple(sorted(FREEDOMS.index(freedom) for freedom in set(support.hold)))
     return Drive(node, components, None if still else motion)
 
 
 def _loads(
-    table: BeamTable, rest: Centreline, profiles: list[Profile]
-) -> tuple[Callable[[float], Floats] | None, list[tuple[int, Callable[[float], Floats]]]]:
-    lines: list[Callable[[float], Floats]] = []
+    table: BeamTable, rest: Centreline, profiles: list[Profile], dynamic: bool
+) -> tuple[Load | None, Load | None, list[tuple[int, Load]]]:
+    """Line loads, gravity where a mass matrix takes it, and point loads."""
+    lines: list[Load] = []
+    weights: list[Load] = []
     points = []
     relative = rest.relative()
     mass = np.array([profiles[s].at(relative[[i]]).mass[0] for i, s in enumerate(rest.section)])
@@ -143,12 +152,17 @@ def _loads(
         elif load.kind == "gravity":
             if not mass.any():
                 raise ValueError(f"body {table.name!r}: gravity: needs a density or mass")
-            lines.append(lambda t, value=value: mass[:, None] * value(t))  # type: ignore[misc]
+            if dynamic:
+                weights.append(value)
+            else:
+                lines.append(lambda t, value=value: mass[:, None] * value(t))  # type: ignore[misc]
         else:
             lines.append(lambda t, value=value: np.tile(value(t), (len(mass), 1)))  # type: ignore[misc]
-    if not lines:
-        return None, points
-    return lambda t: np.sum([line(t) for line in lines], axis=0), points
+    return _sum(lines), _sum(weights), points
+
+
+def _sum(loads: list[Load]) -> Load | None:
+    return (lambda t: np.sum([load(t) for load in loads], axis=0)) if loads else None
 
 
 def _point(load: BeamLoadTable) -> Callable[[float], Floats]:

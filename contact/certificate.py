@@ -68,8 +68,8 @@ def certify(
     present = present or lin
     contact_forces = [(body, present.free[body].apply_transpose(lam)) for body in system.bodies]
     rows, size = lin.moving, system.size
-    delta, free, lam = system.gaps()[rows], free_gaps[rows], lam[rows]
-    lengths = present.length if np.ndim(present.length) == 0 else present.length[rows]
+    gaps = system.gaps()
+    delta, free, lam = gaps[rows], free_gaps[rows], lam[rows]
     active = np.flatnonzero(lam)  # a force below zero is an error, not an open contact
     moved = np.abs(delta[active] - free[active]).max(initial=0.0)
     length = max(float(-np.minimum(free, delta).min(initial=0.0)), float(moved), ROUNDING * size)
@@ -80,8 +80,8 @@ def certify(
         pull[active] = np.maximum(W_ii, length / np.abs(forces).max()) * forces
     complementarity = float(np.abs(np.minimum(pull, delta)).max(initial=0.0)) / length
     # A method that stops inside λ > 0 leaves forces of round-off on open gaps; complementarity counts those.
-    relative = delta / lengths
-    closed = np.abs(pull) > LOADED * length
+    relative = gaps / present.length
+    closed = rows[np.abs(pull) > LOADED * length]
     equilibrium = max((body.imbalance(forces) for body, forces in contact_forces), default=0.0)
     return Certificate(
         complementarity,

@@ -1,4 +1,4 @@
-"""What a device's contact does point by point in every pass, compiled. Oracle: the formulas of each docstring in numpy."""
+"""What a device's contact does point by point in every pass, compiled; the docstrings' formulas are the oracle."""
 
 from __future__ import annotations
 

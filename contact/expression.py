@@ -48,8 +48,13 @@ class Expression:
 
     def at(self, t: float) -> float:
         """The value at the origin and time t: what a motion or load of a single place asks for in every step."""
-        with np.errstate(all="ignore"):
-            return float(eval(self._code, _SCALARS, {"x": 0.0, "y": 0.0, "z": 0.0, "t": t, "pi": np.pi}))
+        try:
+            with np.errstate(all="ignore"):
+                return float(
+                    eval(self._code, _SCALARS, {"x": 0.0, "y": 0.0, "z": 0.0, "t": np.float64(t), "pi": np.pi})
+                )
+        except ArithmeticError:
+            return np.nan
 
     def __call__(self, points: Floats, t: float) -> Floats:
         """Values at points (n, d) and time t, (n)."""

@@ -207,6 +207,7 @@ class Gatherer:
                 pair.met = np.asarray(state[f"met/{number}"]).astype(bool)
             if not isinstance(pair, PointToPoint):
                 pair.accept()
+        self.system.detect()  # the next step starts from the planes of this state
         lam: Floats = np.asarray(state["lambda"])
         return lam
 

@@ -83,7 +83,7 @@ class SectionTable(Table):
 
 
 class PlacementTable(Table):
-    """Where a beam starts: in its rest shape from a point, or laid along a smooth path (then strained)."""
+    """Where a beam starts: in its rest shape from a point, straight from there, or along a smooth path."""
 
     start: Vector3 = Field(default=[0.0, 0.0, 0.0], description="[m]")
     direction: Vector3 = Field(default=[1.0, 0.0, 0.0], description="tangent at the start")
@@ -92,6 +92,12 @@ class PlacementTable(Table):
     path: Annotated[list[Vector3], Field(min_length=2)] | None = Field(
         default=None, description="points to lay it along, from its start [m]"
     )
+
+    @model_validator(mode="after")
+    def _one(self) -> PlacementTable:
+        if self.path is not None and self.straight:
+            raise ValueError("straight = true: a beam laid along a path is not straight; leave one of them out")
+        return self
 
 
 class BeamSupportTable(Table):

@@ -18,7 +18,7 @@ from contact.delassus import CompliantDelassus, DirectDelassus, direct
 from contact.pairs import Constraints, Pair
 from contact.ranks import total
 from contact.rows import Rows, SparseRows
-from contact.solvers.problem import ContactProblem, Solution
+from contact.solvers.problem import ContactNotConvergedError, ContactProblem, Solution
 from fem.body import Body
 from fem.integrators import Integrator, Static
 
@@ -187,8 +187,11 @@ class System:
             for body in self.bodies:
                 body.assemble()
         with self.clock("factor"):
-            for body in self.bodies:
-                body.factor()
+            try:
+                for body in self.bodies:
+                    body.factor()
+            except ArithmeticError as error:
+                raise ContactNotConvergedError(str(error), 0, np.inf) from None
 
     def free_motion(self, lam: Floats | None = None) -> None:
         """Bring every body to its free configuration x_f. Collective.

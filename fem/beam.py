@@ -46,10 +46,12 @@ class BeamLoads:
 
     line : force per rest length of each element, (N − 1, 3) [N/m], taken up by its nodes as the Hermite interpolation
         does
+    gravity : acceleration (3) [m/s²] on the mass of a beam in dynamics
     points : pairs of a node and its force and moment (6) [N, N·m]
     """
 
     line: Callable[[float], Floats] | None = None
+    gravity: Callable[[float], Floats] | None = None
     points: Sequence[tuple[int, Callable[[float], Floats]]] = ()
 
 
@@ -59,7 +61,7 @@ class BeamInertia:
 
     nodes, links : the tridiagonal mass matrix of each displacement component, (N) and (N − 1) [kg]
     rotary : moments of inertia about the node's axes t, d₂, d₃, (N, 3) [kg m²]
-    rayleigh : a [1/s], b [s] of the damping a M + b K; b acts on the rates of strain, so that it resists no rigid motion
+    rayleigh : a [1/s], b [s] of the damping a M + b K; b acts on the rates of strain: it resists no rigid motion
     velocity : at the start, (3) [m/s]
     """
 
@@ -324,6 +326,11 @@ class Beam:
             half = self.data.length[:, None] / 2 * self._line
             f[:-1, :3] += half
             f[1:, :3] += half
+        if self.loads.gravity is not None and self.inertia is not None:
+            mass = self.inertia.nodes.copy()
+            mass[:-1] += self.inertia.links
+            mass[1:] += self.inertia.links
+            f[:, :3] += np.outer(mass, self.loads.gravity(t))
         for node, value in self.loads.points:
             f[node] += value(t)
         self.load = f.ravel()
@@ -440,7 +447,8 @@ class Beam:
         norms = kernels.norms(inner, outer, contact, self.fixed, self._unit)
         # A residual of 1e-8 of this is a strain of 1e-15, the round-off of strains.
         least = 1e-7 * float((self._damped.axial[:, 0] * self.data.length).max())
-        return float(norms[0] / max(norms[1:].sum(), least))
+        ratio = float(norms[0] / max(norms[1:].sum(), least))
+        return ratio if np.isfinite(ratio) else 1.0
 
     def reactions(self) -> Floats:
         """f_int + inertia − f_ext of each node where an unknown of it is prescribed, (N, 6) [N, N m]; contact apart."""

@@ -106,16 +106,28 @@ class KspChain(Chain):
     def solve(self, B: Floats) -> Floats:
         """A⁻¹ B by the KSP."""
         B = np.asfortranarray(np.where(self.fixed[:, None], 0.0, B))
+        if self._ksp.getType() != PETSc.KSP.Type.PREONLY:
+            return np.stack([self._column(column) for column in B.T], axis=1)
         rhs = PETSc.Mat().createDense(B.shape, array=B, comm=PETSc.COMM_SELF)
         X = PETSc.Mat().createDense(B.shape, comm=PETSc.COMM_SELF)
         X.setUp()
         rhs.assemble()
+        self._ksp.matSolve(rhs, X)
+        result: Floats = X.getDenseArray().copy()
+        rhs.destroy()
+        X.destroy()
+        return result
+
+    def _column(self, b: Floats) -> Floats:
+        """A⁻¹ b by an iterative KSP, which takes blocks column by column and leaves them locked where it fails."""
+        rhs = PETSc.Vec().createWithArray(b, comm=PETSc.COMM_SELF)
+        x = rhs.duplicate()
         try:
-            self._ksp.matSolve(rhs, X)
-            result: Floats = X.getDenseArray().copy()
+            self._ksp.solve(rhs, x)
+            result: Floats = x.array.copy()
         finally:
             rhs.destroy()
-            X.destroy()
+            x.destroy()
         return result
 
     def delassus(self, values: Floats, elements: Ints) -> Floats | None:

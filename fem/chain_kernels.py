@@ -1,8 +1,9 @@
 """Symmetric block-tridiagonal matrices of 6 × 6 blocks along a chain, compiled.
 
-With diagonal blocks Dᵢ and upper ones Eᵢ the elimination from the start leaves Sᵢ = Dᵢ − Eᵢ₋₁ᵀ Sᵢ₋₁⁻¹ Eᵢ₋₁; kept are Sᵢ⁻¹ and
-Uᵢ = Sᵢ⁻¹ Eᵢ. The blocks of the inverse on the diagonal are Zᵢ = Sᵢ⁻¹ + Uᵢ Zᵢ₊₁ Uᵢᵀ, and above it Zᵢⱼ = −Uᵢ Zᵢ₊₁,ⱼ (Takahashi,
-Fagan and Chen 1973), so that an entry of H A⁻¹ Hᵀ costs no solve over the whole chain. Oracle: PETSc's SeqBAIJ LU.
+With diagonal blocks Dᵢ and upper ones Eᵢ the elimination from the start leaves Sᵢ = Dᵢ − Eᵢ₋₁ᵀ Sᵢ₋₁⁻¹ Eᵢ₋₁; kept are
+Sᵢ⁻¹ and Uᵢ = Sᵢ⁻¹ Eᵢ. The blocks of the inverse on the diagonal are Zᵢ = Sᵢ⁻¹ + Uᵢ Zᵢ₊₁ Uᵢᵀ, and above it
+Zᵢⱼ = −Uᵢ Zᵢ₊₁,ⱼ (Takahashi, Fagan and Chen 1973), so that an entry of H A⁻¹ Hᵀ costs no solve over the whole chain.
+Oracle: PETSc's SeqBAIJ LU.
 """
 
 from __future__ import annotations

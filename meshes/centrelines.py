@@ -230,6 +230,8 @@ def _uniform(length: float, elements: int, k: Floats) -> Centreline:
     """
     s = np.linspace(0, positive("length", length), count("elements", elements) + 1)
     rate = float(np.linalg.norm(k))
+    if (turn := rate * s[1]) > np.pi:
+        raise bad("elements", elements, f"more: each turns by {turn:.3g} rad, more than half a turn")
     n = k / rate if rate > 0 else np.zeros(3)
     theta, e1 = (s * rate)[:, None], np.array([1.0, 0.0, 0.0])
     along_axis, across = n * n[0], e1 - n * n[0]

@@ -38,8 +38,9 @@ def solve(problem: ContactProblem, start: Floats | None = None, tolerance: float
     2. `kernels.ratio_tested`, one row at a time, from the better of the last feasible λ and max(λ, 0): λ stays
        nonnegative and the dual objective decreases, so that it cannot cycle; W may be singular.
 
-    Where all of W is known and a guess is given, `warm` begins with phase 2: between the passes of a step few rows change. Columns are asked for only when their row enters the set, each at most once. All comparisons are relative, to
-    ℓ = max(max(−q)₊, max|Wλ|) and to W's diagonal, so that units do not matter.
+    Where all of W is known and a guess is given, `warm` begins with phase 2: between the passes of a step few rows
+    change. Columns are asked for only when their row enters the set, each at most once. All comparisons are relative,
+    to ℓ = max(max(−q)₊, max|Wλ|) and to W's diagonal, so that units do not matter.
 
     Parameters
     ----------

@@ -253,8 +253,9 @@ def test_resume(after: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
         for step in range(8):
             for one, two in zip((a.contact(step), *a.fields(step)), (b.contact(step), *b.fields(step)), strict=True):
                 for name, values in one.items():
-                    # closest points are sought from those of the step before: their last digits are lost
-                    np.testing.assert_allclose(two[name], values, rtol=0, atol=1e-11, err_msg=f"{step} {name}")
+                    # Closest points are sought from those of the step before, and agree to 1e-12 of the radius: in
+                    # SI units that is nothing but for normals and stresses, which turn by as much.
+                    np.testing.assert_allclose(two[name], values, rtol=0, atol=1e-10, err_msg=f"{step} {name}")
 
 
 def failed(scene: str, record: Path, capfd: pytest.CaptureFixture[str]) -> dict[str, list[float]]:

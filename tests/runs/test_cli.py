@@ -120,7 +120,7 @@ def test_json(reports: Callable[..., list[dict[str, Any]]]) -> None:
     assert (report["case"], report["method"], report["dofs"], report["passed"]) == ("bar-stop", "status", 9, True)
 
 
-def test_levels_and_rates(reports: Callable[..., list[dict[str, Any]]]) -> None:
+def test_levels(reports: Callable[..., list[dict[str, Any]]]) -> None:
     """One object per level; --order, --h, --n and --method are taken."""
     found = reports("string", "duplicated", "--h", "0.05", "--method", "lemke")
     assert [(r["case"], r["h"], r["method"]) for r in found] == [
@@ -130,6 +130,19 @@ def test_levels_and_rates(reports: Callable[..., list[dict[str, Any]]]) -> None:
     assert (report["order"], report["dofs"]) == (1, 242)
     (report,) = reports("membrane-ball", "--n", "17")
     assert (report["h"], report["dofs"]) == (0.25, 289)
+
+
+def test_rates(reports: Callable[..., list[dict[str, Any]]]) -> None:
+    """A default run ends each variant with the rates that are claimed for it: a wire's in line contact, 2."""
+    found = reports("wire-tube")
+    rates = {}
+    for report in found:
+        key = report["parameters"]["L"], report["parameters"]["c"]
+        rates[key] = [q["computed"] for name, q in report["quantities"].items() if name == "rate of force"]
+    assert {key: len(claimed) for key, claimed in rates.items()} == {
+        (0.3, 1e-3): 1, (0.2, 1e-3): 0, (0.5, 0.01): 0, (0.1, 1e-4): 1,
+    }  # fmt: skip
+    assert [*rates[0.3, 1e-3], *rates[0.1, 1e-4]] == pytest.approx([2.0, 2.0], abs=0.3)
 
 
 def test_kept(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -258,6 +271,7 @@ def test_plug(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         contact = reader.contact(0)
         assert reader.scene.endswith("# --set body.0.mesh.h=0.25")
         assert reader.run["ranks"] == 1
+        assert reader.run["folder"] == str(SCENES.resolve())
     # over a quarter of the inner circle ∫ p dA = p b π/2; curved facets miss the arc by less than 1e-4
     assert contact["lambda"].sum() == pytest.approx(0.0185181 * np.pi, rel=1e-4)
     assert np.linalg.norm(contact["point"], axis=1) == pytest.approx(2.1, rel=1e-3)
