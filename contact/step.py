@@ -14,8 +14,7 @@ from contact.system import Linearisation, System
 
 Floats = NDArray[np.float64]
 
-# A pass that leaves more than this part of the residual, or more than NEAR of it, does not contract: A is formed anew.
-CONTRACTING, NEAR = 0.2, 1e-6
+CONTRACTING = 0.05  # a pass that leaves more than this part of the residual does not contract: A is formed anew
 
 
 @dataclass(frozen=True)
@@ -77,7 +76,7 @@ def step(
             gap = system.gaps()
             system.accept()
             return StepResult(lam, gap, corrected, problem, certificate, number, iterations, solution.details)
-        contracting = certificate.residual <= min(CONTRACTING * residual, NEAR)
+        contracting = certificate.residual <= CONTRACTING * residual
         residual = certificate.residual
         contacts = system.relinearise(contacts, corrected, lam, contracting)
 
