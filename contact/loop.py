@@ -54,15 +54,19 @@ def march(system: System, scene: Scene, sink: Sink, first: int = 0, start: Float
         dt, substeps, passes, iterations = size, 0, 0, 0
         while now < target:
             before = system.state()
-            t = target if now + 1.0000001 * dt >= target else now + dt
+            whole, last = substeps == 0 and dt == size, now + 1.0000001 * dt >= target
+            t = target if last else now + dt
+            span = target - now if last and not whole else dt  # free of round-off where a step is not divided
             try:
                 with system.clock("assemble"):
-                    result = step(system, t, t - now, solver.method, start, limits, solver.max_passes)
-            except (ContactNotConvergedError, InfeasibleError) as error:
+                    result = step(system, t, span, solver.method, start, limits, solver.max_passes)
+            except (ContactNotConvergedError, InfeasibleError, ArithmeticError) as error:
                 infeasible = isinstance(error, InfeasibleError) and system.linear
                 hopeless = infeasible or dt <= size / 2**solver.max_halvings
                 if hopeless:
                     sink(_unfinished(system, number, t, dt, substeps))
+                    if isinstance(error, ArithmeticError):
+                        raise ContactNotConvergedError(str(error), 0, np.inf) from None
                     raise
                 system.restore(before)
                 dt /= 2

@@ -116,7 +116,13 @@ class KspChain(Chain):
         result: Floats = X.getDenseArray().copy()
         rhs.destroy()
         X.destroy()
+        self._check()
         return result
+
+    def _check(self) -> None:
+        """ArithmeticError for a solve that stopped early: after an error PETSc does not always raise another."""
+        if (reason := self._ksp.getConvergedReason()) < 0:
+            raise ArithmeticError(f"the solver of the free motion stopped with reason {reason}")
 
     def _column(self, b: Floats) -> Floats:
         """A⁻¹ b by an iterative KSP, which takes blocks column by column and leaves them locked where it fails."""
@@ -124,6 +130,7 @@ class KspChain(Chain):
         x = rhs.duplicate()
         try:
             self._ksp.solve(rhs, x)
+            self._check()
             result: Floats = x.array.copy()
         finally:
             rhs.destroy()

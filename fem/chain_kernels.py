@@ -69,15 +69,74 @@ def _invert(S: Floats, X: Floats) -> bool:
 
 
 @njit(cache=True)
+def _lower(S: Floats, L: Floats) -> bool:
+    """L ← L⁻¹ of the Cholesky factor of S, lower; False where S is not positive definite."""
+    for a in range(6):
+        for b in range(a + 1):
+            total = S[a, b]
+            for c in range(b):
+                total -= L[a, c] * L[b, c]
+            if a == b:
+                if not total > 0.0:
+                    return False
+                L[a, a] = np.sqrt(total)
+            else:
+                L[a, b] = total / L[b, b]
+    for b in range(6):
+        L[b, b] = 1.0 / L[b, b]
+        for a in range(b + 1, 6):
+            total = 0.0
+            for c in range(b, a):
+                total -= L[a, c] * L[c, b]
+            L[a, b] = total / L[a, a]
+    return True
+
+
+@njit(cache=True)
 def factor(diagonal: Floats, upper: Floats, inverse: Floats, ratio: Floats) -> int:
-    """Sᵢ⁻¹ (N, 6, 6) and Uᵢ (N − 1, 6, 6) into `inverse` and `ratio`; the first singular node, or −1."""
-    S = diagonal[0].copy()
-    for i in range(len(diagonal)):
-        if not _invert(S, inverse[i]):
+    """Sᵢ⁻¹ (N, 6, 6) and Uᵢ (N − 1, 6, 6) into `inverse` and `ratio`; the first singular node, or −1.
+
+    Where S = LLᵀ is positive definite, S⁻¹ = L⁻ᵀL⁻¹ and S − … = D − YᵀY with Y = L⁻¹E are formed from L, which keeps the
+    digits that a product with the inverse loses; elsewhere by elimination with pivots.
+    """
+    S, L, Y = diagonal[0].copy(), np.zeros((6, 6)), np.zeros((6, 6))
+    last = len(diagonal) - 1
+    for i in range(last + 1):
+        X = inverse[i]
+        if _lower(S, L):
+            for a in range(6):
+                for b in range(a, 6):
+                    total = 0.0
+                    for c in range(b, 6):
+                        total += L[c, a] * L[c, b]
+                    X[a, b] = X[b, a] = total
+            if i == last:
+                break
+            E, U, D = upper[i], ratio[i], diagonal[i + 1]
+            for a in range(6):
+                for b in range(6):
+                    total = 0.0
+                    for c in range(a + 1):
+                        total += L[a, c] * E[c, b]
+                    Y[a, b] = total
+            for a in range(6):
+                for b in range(6):
+                    total = 0.0
+                    for c in range(a, 6):
+                        total += L[c, a] * Y[c, b]
+                    U[a, b] = total
+            for a in range(6):
+                for b in range(a, 6):
+                    total = D[a, b]
+                    for c in range(6):
+                        total -= Y[c, a] * Y[c, b]
+                    S[a, b] = S[b, a] = total
+            continue
+        if not _invert(S, X):
             return i
-        if i + 1 == len(diagonal):
+        if i == last:
             break
-        E, X, U, D = upper[i], inverse[i], ratio[i], diagonal[i + 1]
+        E, U, D = upper[i], ratio[i], diagonal[i + 1]
         for a in range(6):
             for b in range(6):
                 total = 0.0

@@ -94,7 +94,7 @@ def wall_of(surface: Surface, low: Floats, high: Floats, spacing: float) -> Wall
         step = -(g / np.maximum((n**2).sum(axis=1), 1e-300))[:, None] * n
         x += step * np.minimum(1.0, 0.5 * spacing / np.maximum(np.linalg.norm(step, axis=1), 1e-300))[:, None]
     n = surface.gradient(x)
-    return Wall(x, n / np.linalg.norm(n, axis=1)[:, None], level.regular_faces)
+    return Wall(x, n / np.maximum(np.linalg.norm(n, axis=1), 1e-300)[:, None], level.regular_faces)
 
 
 def beams_of(frame: Frame) -> list[Ints]:
