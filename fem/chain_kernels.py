@@ -96,7 +96,7 @@ def _lower(S: Floats, L: Floats) -> bool:
 def factor(diagonal: Floats, upper: Floats, inverse: Floats, ratio: Floats) -> int:
     """Sᵢ⁻¹ (N, 6, 6) and Uᵢ (N − 1, 6, 6) into `inverse` and `ratio`; the first singular node, or −1.
 
-    Where S = LLᵀ is positive definite, S⁻¹ = L⁻ᵀL⁻¹ and S − … = D − YᵀY with Y = L⁻¹E are formed from L, which keeps the
+    Where S = LLᵀ is positive definite, S⁻¹ = L⁻ᵀL⁻¹ and the next D − YᵀY, Y = L⁻¹E, are formed from L, which keeps the
     digits that a product with the inverse loses; elsewhere by elimination with pivots.
     """
     S, L, Y = diagonal[0].copy(), np.zeros((6, 6)), np.zeros((6, 6))
