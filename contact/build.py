@@ -58,10 +58,12 @@ def build(scene: Scene, comm: Any, folder: Path = Path(), clock: Clock | None = 
     """
     scheme = scene.time.integrator
     dynamic = scheme != "static"
-    bodies: dict[str, Any] = {
-        table.name: beam_of(table, dynamic) if isinstance(table, BeamTable) else _body(table, comm, folder, dynamic)
-        for table in scene.bodies
-    }
+    bodies: dict[str, Any] = {}
+    for table in scene.bodies:
+        if isinstance(table, BeamTable):
+            bodies[table.name] = beam_of(table, dynamic, folder)
+        else:
+            bodies[table.name] = _body(table, comm, folder, dynamic)
     if scheme == "midpoint" and any(isinstance(table, BeamTable) for table in scene.bodies):
         raise ValueError("time.integrator = 'midpoint': a beam moves by 'implicit-euler'")
     touched = {c.body for c in scene.contacts} | {
@@ -75,9 +77,9 @@ def build(scene: Scene, comm: Any, folder: Path = Path(), clock: Clock | None = 
             )
     pairs = [pair for table in scene.contacts for pair in _pairs(table, bodies, folder)]
     if scheme == "midpoint":
-        for table in scene.contacts:
-            body = bodies[table.body]
-            body.redistribute(np.unique(body.facets(table.tag)))
+        for contact in scene.contacts:
+            body = bodies[contact.body]
+            body.redistribute(np.unique(body.facets(contact.tag)))
     return System(comm, list(bodies.values()), pairs, clock, INTEGRATORS[scheme])
 
 

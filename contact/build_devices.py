@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,11 +17,13 @@ from contact.scene_devices import (
     BeamSupportTable,
     BeamTable,
     HelixTable,
+    LinesTable,
     PolylineTable,
     SectionTable,
 )
-from fem.beam import Beam, BeamInertia, BeamLoads, Drive
+from fem.beam import Beam
 from fem.beam_element import beam_data
+from fem.beam_parts import BeamInertia, BeamLoads, Drive
 from fem.beam_sections import Profile, Section, Stiffness
 from fem.rotations import exp, log
 from meshes import centrelines
@@ -30,7 +33,7 @@ Floats = NDArray[np.float64]
 Load = Callable[[float], Floats]
 
 
-def beam_of(table: BeamTable, dynamic: bool) -> Beam:
+def beam_of(table: BeamTable, dynamic: bool, folder: Path) -> Beam:
     """The beam of a scene's table.
 
     Raises
@@ -44,7 +47,7 @@ def beam_of(table: BeamTable, dynamic: bool) -> Beam:
             "set time.integrator, or leave them out"
         )
     try:
-        rest = centrelines.join([_shape(section) for section in table.sections])
+        rest = centrelines.join([_shape(section, folder) for section in table.sections])
         profiles = [_profile(section) for section in table.sections]
         start = _placed(table, rest)
         data = beam_data(rest, profiles)
@@ -64,8 +67,10 @@ def beam_of(table: BeamTable, dynamic: bool) -> Beam:
     )
 
 
-def _shape(section: SectionTable) -> Centreline:
-    shape, length, elements = section.shape, section.length, section.elements
+def _shape(section: SectionTable, folder: Path) -> Centreline:
+    shape, length, elements = section.shape, section.length or 0.0, section.elements
+    if isinstance(shape, LinesTable):
+        return centrelines.polyline(centrelines.read_lines(folder / shape.file).points, elements)
     if isinstance(shape, ArcTable):
         return centrelines.arc(length, elements, shape.radius, shape.plane)
     if isinstance(shape, HelixTable):

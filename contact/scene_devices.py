@@ -44,13 +44,20 @@ class PolylineTable(Table):
     points: Annotated[list[Vector3], Field(min_length=2)] = Field(description="[m]")
 
 
-RestShape = Annotated[StraightTable | ArcTable | HelixTable | PolylineTable, Field(discriminator="kind")]
+class LinesTable(Table):
+    """A rest shape along a line mesh that meshio reads, as of gmsh; the section's length is the mesh's."""
+
+    kind: Literal["lines"]
+    file: Name = Field(description="path, relative to the scene file")
+
+
+RestShape = Annotated[StraightTable | ArcTable | HelixTable | PolylineTable | LinesTable, Field(discriminator="kind")]
 
 
 class SectionTable(Table):
     """One section of a beam: its length, elements, rest shape, and a material with radii or the stiffnesses as such."""
 
-    length: Positive = Field(description="[m]")
+    length: Positive | None = Field(None, description="[m]; none for a shape that has its own")
     elements: Annotated[int, Field(ge=1)]
     shape: RestShape = StraightTable()
     radius: NotNegative = Field(description="outer radius [m]; 0 only where stiffnesses are given")
@@ -69,6 +76,8 @@ class SectionTable(Table):
 
     @model_validator(mode="after")
     def _material(self) -> SectionTable:
+        if (self.length is None) != isinstance(self.shape, PolylineTable | LinesTable):
+            raise ValueError(f"length = {self.length}: a polyline and lines have their own, other shapes need one")
         direct = [key for key in ("EA", "GJ", "EI") if getattr(self, key) is not None]
         if self.E is None and len(direct) < 3:
             raise ValueError("E: missing; a section takes E with nu or G, or EA, GJ and EI")

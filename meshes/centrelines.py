@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
-from meshes.files import _meshio_read
+from meshes.files import raw_mesh
 from meshes.parameters import bad, count, number, positive, vector
 
 Floats = NDArray[np.float64]
@@ -213,7 +213,7 @@ def from_lines(points: ArrayLike, cells: ArrayLike) -> Centreline:
 
 def read_lines(path: str | PathLike[str]) -> Centreline:
     """The centreline of the line cells of any file that meshio reads; ValueError names the file."""
-    raw = _meshio_read(Path(path))
+    raw = raw_mesh(Path(path))
     kinds = {block.type for block in raw.cells if block.dim == 1}
     if len(kinds) != 1 or not kinds <= {"line", "line3"}:
         raise ValueError(f"{path}: {', '.join(sorted(kinds)) or 'no'} lines: must be line or line3 cells, of one type")

@@ -34,14 +34,14 @@ def read(path: str | PathLike[str]) -> Mesh:
         Names the file: it is missing or cannot be read, its cells are of several types or no simplices, it is a curved
         surface or line, or `Mesh` refuses it.
     """
-    raw = _meshio_read(Path(path))
+    raw = raw_mesh(Path(path))
     try:
         return _convert(raw)
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None
 
 
-def _meshio_read(path: Path) -> Any:
+def raw_mesh(path: Path) -> Any:
     import meshio
 
     if not path.is_file():

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+import meshio
 import numpy as np
 import pytest
 from device_examples import contact, wire
@@ -22,8 +25,8 @@ def table(*sections, **changes):
     return BeamTable.model_validate({"name": "wire", "kind": "beam", "sections": list(sections)} | changes)
 
 
-def beam(*sections, dynamic=True, **changes):
-    return beam_of(table(*(sections or [{"length": 0.1, "elements": 4, **STEEL}]), **changes), dynamic)
+def beam(*sections, dynamic=True, folder=Path(), **changes):
+    return beam_of(table(*(sections or [{"length": 0.1, "elements": 4, **STEEL}]), **changes), dynamic, folder)
 
 
 def test_sections_in_a_row():
@@ -105,10 +108,24 @@ def test_along_a_path():
 def test_polyline():
     """The section's length is that of its points."""
     points = [[0.0, 0.0, 0.0], [0.06, 0.0, 0.0], [0.1, 0.03, 0.0]]
-    body = beam({"length": 1.0, "elements": 6, "shape": {"kind": "polyline", "points": points}, **STEEL})
+    body = beam({"elements": 6, "shape": {"kind": "polyline", "points": points}, **STEEL})
     assert np.linalg.norm(body.x[-1] - body.x[0]) == pytest.approx(np.hypot(0.1, 0.03), rel=1e-3)
     assert body.data.length.sum() < 0.13
     assert body.energy()["strain"] < 1e-12
+
+
+def test_lines_of_a_mesh_file(tmp_path):
+    """A rest shape along the line cells of a file, numbered in any order, and one that is not there."""
+    angle = np.linspace(0, 1, 9)
+    points = 0.1 * np.stack([np.sin(angle), 1 - np.cos(angle), 0 * angle], axis=1)
+    order = np.array([3, 0, 7, 1, 5, 8, 2, 6, 4])
+    cells = np.argsort(order)[np.stack([np.arange(8), np.arange(1, 9)], axis=1)]
+    meshio.write_points_cells(tmp_path / "tip.vtu", points[order], [("line", cells)])
+    body = beam({"elements": 5, "shape": {"kind": "lines", "file": "tip.vtu"}, **STEEL}, folder=tmp_path)
+    assert body.data.length.sum() == pytest.approx(0.1, rel=1e-4)
+    np.testing.assert_allclose(np.linalg.norm(body.data.twist, axis=1), 0.2, rtol=0.02)
+    with pytest.raises(ValueError, match="body 'wire': .*none.vtu"):
+        beam({"elements": 5, "shape": {"kind": "lines", "file": "none.vtu"}, **STEEL}, folder=tmp_path)
 
 
 def test_supports():

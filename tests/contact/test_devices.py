@@ -11,8 +11,9 @@ from contact.detection import nearest
 from contact.devices import MARGIN, DeviceContact
 from contact.surfaces import Cylinder, Plane, Potential, Sphere, Torus
 from fem import beam_kernels
-from fem.beam import Beam, Drive
+from fem.beam import Beam
 from fem.beam_element import beam_data
+from fem.beam_parts import Drive
 from fem.beam_sections import Section
 from fem.integrators import Static
 from fem.rotations import exp

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 
-from fem.beam import TURN, Beam, BeamInertia, BeamLoads, Drive
+from fem.beam import TURN, Beam
 from fem.beam_element import beam_data
+from fem.beam_parts import BeamInertia, BeamLoads, Drive
 from fem.beam_sections import Stiffness
 from fem.integrators import ImplicitEuler, Static
 from fem.rotations import exp

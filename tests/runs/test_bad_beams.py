@@ -78,7 +78,7 @@ SCENES: dict[str, tuple[str, list[str]]] = {
     "infinite velocity": (body("velocity = [0.0, 1.0, inf]"), ["body[0].velocity[2] = inf", "finite"]),
     # sections
     "unknown key of a section": (section("nu = 0.3", "nu = 0.3, rho = 1.0"), [f"{S}.rho", "unknown key"]),
-    "no length": (section("length = 0.05, ", ""), [f"{S}.length", "missing"]),
+    "no length": (section("length = 0.05, ", ""), [f"{S}", "length = None", "need one"]),
     "negative length": (section("length = 0.05", "length = -0.05"), [f"{S}.length = -0.05", "greater than 0"]),
     "length that is a text": (section("length = 0.05", 'length = "5 cm"'), [f"{S}.length = '5 cm'", "number"]),
     "no elements": (section("elements = 5, ", ""), [f"{S}.elements", "missing"]),
@@ -159,9 +159,9 @@ SCENES: dict[str, tuple[str, list[str]]] = {
         section("nu = 0.3", 'nu = 0.3, shape = { kind = "polyline", points = [[0.0, 0.0], [1.0, 0.0]] }'),
         [f"{S}.shape.points[0]", "at least 3 items"],
     ),
-    "polyline that stands still": (
+    "polyline with a length beside it": (
         section("nu = 0.3", 'nu = 0.3, shape = { kind = "polyline", points = [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0]] }'),
-        ["'wire'", "point"],
+        [f"{S}", "length = 0.05", "polyline"],
     ),
     # where it starts
     "unknown key of the placement": (more(PLACE, "at = 3.0"), [f"{P}.at", "unknown key"]),
