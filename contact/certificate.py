@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +48,11 @@ class Certificate:
             and self.surface_error <= tolerances.surface_error
             and self.penetration <= tolerances.penetration
         )
+
+    def beyond(self, tolerances: Tolerances) -> str:
+        """The residuals above their tolerances, in words."""
+        values, limits = asdict(self), asdict(tolerances)
+        return ", ".join(f"{name} {value:.3g}" for name, value in values.items() if not value <= limits[name])
 
     @property
     def residual(self) -> float:

@@ -80,4 +80,5 @@ def step(
         residual = certificate.residual
         contacts = system.relinearise(contacts, corrected, lam, contracting)
 
-    raise ContactNotConvergedError("the passes of detection and correction did not settle", iterations, residual)
+    missed = certificate.beyond(tolerances)
+    raise ContactNotConvergedError(f"the passes of detection and correction leave {missed}", iterations, residual)

@@ -124,7 +124,7 @@ def test_lines_of_a_mesh_file(tmp_path):
     body = beam({"elements": 5, "shape": {"kind": "lines", "file": "tip.vtu"}, **STEEL}, folder=tmp_path)
     assert body.data.length.sum() == pytest.approx(0.1, rel=1e-4)
     np.testing.assert_allclose(np.linalg.norm(body.data.twist, axis=1), 0.2, rtol=0.02)
-    with pytest.raises(ValueError, match="body 'wire': .*none.vtu"):
+    with pytest.raises(ValueError, match=r"body 'wire': .*none\.vtu"):
         beam({"elements": 5, "shape": {"kind": "lines", "file": "none.vtu"}, **STEEL}, folder=tmp_path)
 
 
