@@ -50,9 +50,11 @@ def solve(W: DenseDelassus, q: Floats, start: Floats, tolerance: float) -> Solut
     """
     c, values = len(q), W.W
     memo = W.memo = W.memo or Memo(np.abs(values).max(axis=0), np.arange(c))
-    lam = _block_steps(memo, values, q, start, tolerance)
+    lam, delta = _block_steps(memo, values, q, start, tolerance)
     if lam is None:
         return None
+    if delta is not None:
+        return Solution(lam, np.empty(0), delta, 1, {"columns": float(c), "departures": 0.0})
     n, order, U = memo.n, memo.order, memo.U
     active = np.zeros(c, np.int64)
     active[order[:n]] = 1
@@ -76,8 +78,12 @@ def solve(W: DenseDelassus, q: Floats, start: Floats, tolerance: float) -> Solut
     return Solution(lam, np.empty(0), delta, int(state[2]), {"columns": float(c), "departures": float(state[3])})
 
 
-def _block_steps(memo: Memo, W: Floats, q: Floats, start: Floats, tolerance: float) -> Floats | None:
-    """λ ≥ 0 on independent rows, whose factor `memo` then holds; None where the guess has dependent rows.
+def _block_steps(
+    memo: Memo, W: Floats, q: Floats, start: Floats, tolerance: float
+) -> tuple[Floats | None, Floats | None]:
+    """λ ≥ 0 on independent rows, whose factor `memo` then holds, and δ where that is the solution within `tolerance`.
+
+    λ is None where the guess has dependent rows.
 
     All rows with a negative multiplier leave and all violated ones enter at once, a few times (a primal-dual active
     set). Where that does not end at a λ ≥ 0, it is the guess.
@@ -93,12 +99,12 @@ def _block_steps(memo: Memo, W: Floats, q: Floats, start: Floats, tolerance: flo
         lam = np.zeros_like(q)
         lam[order] = x
         delta = q + W @ lam
-        delta[order] = 0.0
         small = tolerance * length(q, delta - q)
         negative = x <= 0
         if not negative.any():
-            return lam
+            solved = delta.min() >= -small and np.abs(delta[order]).max() <= small
+            return lam, delta if solved else None
         wanted = delta < -small
         wanted[order[~negative]] = True
         rows = np.flatnonzero(wanted)
-    return start.copy() if memo.take(W, first) else None
+    return (start.copy() if memo.take(W, first) else None), None
