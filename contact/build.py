@@ -9,9 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from contact.build_devices import beam_of
 from contact.clock import Clock
-from contact.devices import DeviceContact
 from contact.expression import Expression
 from contact.pairs import FiniteSliding, Pair, PointToPoint, SmallSliding
 from contact.points import ContactPoints, mortar, nodal
@@ -29,7 +27,6 @@ from contact.scene import (
 from contact.scene_devices import BeamTable
 from contact.scene_surfaces import BodyPointTable, surface_of
 from contact.system import System
-from fem.beam import Beam
 from fem.body import Body
 from fem.elasticity import Elasticity
 from fem.integrators import ImplicitEuler, Integrator, Midpoint, Static
@@ -61,6 +58,8 @@ def build(scene: Scene, comm: Any, folder: Path = Path(), clock: Clock | None = 
     bodies: dict[str, Any] = {}
     for table in scene.bodies:
         if isinstance(table, BeamTable):
+            from contact.build_devices import beam_of  # compiled kernels: only where a beam is named
+
             bodies[table.name] = beam_of(table, dynamic, folder)
         else:
             bodies[table.name] = _body(table, comm, folder, dynamic)
@@ -172,17 +171,11 @@ def field(value: Any) -> Any:
 
 def _pairs(table: ContactTable, bodies: dict[str, Any], folder: Path) -> list[Pair]:
     body = bodies[table.body]
-    if isinstance(body, Beam):
-        obstacle, arc = surface_of(table.surface, folder), np.append(0.0, np.cumsum(body.data.length))
+    if table.tag is None:  # a beam's
+        from contact.build_devices import device_contact
+
         _check_dimensions(table, 3)
-        elements = len(body.data.length)
-        if table.spacing is None:
-            each = np.linspace(0.0, elements, (table.samples or 2) * elements + 1)
-            places = np.interp(each, np.arange(elements + 1), arc)
-        else:
-            places = np.linspace(0.0, arc[-1], max(round(arc[-1] / table.spacing), 1) + 1)
-        return [DeviceContact(table.name, body, obstacle, places, table.interference) for _ in range(table.copies)]
-    assert table.tag is not None
+        return [device_contact(table, body, surface_of(table.surface, folder)) for _ in range(table.copies)]
     points = {"nodal": nodal, "mortar": mortar}[table.constraint](body, table.tag)
     _check_dimensions(table, body.frame.shape[1])
     return [_pair(table, points, bodies, folder) for _ in range(table.copies)]

@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from contact.devices import DeviceContact
 from contact.expression import Expression
+from contact.scene import ContactTable
 from contact.scene_devices import (
     FREEDOMS,
     ArcTable,
@@ -21,6 +23,7 @@ from contact.scene_devices import (
     PolylineTable,
     SectionTable,
 )
+from contact.surfaces import Surface
 from fem.beam import Beam
 from fem.beam_element import beam_data
 from fem.beam_parts import BeamInertia, BeamLoads, Drive
@@ -207,3 +210,14 @@ def _function(values: list[Any]) -> Callable[[float], Floats]:
         return np.array(values, dtype=float)
 
     return function
+
+
+def device_contact(table: ContactTable, body: Beam, surface: Surface) -> DeviceContact:
+    """The contact of a beam, sampled so often per element or at a spacing along its length."""
+    arc, elements = np.append(0.0, np.cumsum(body.data.length)), len(body.data.length)
+    if table.spacing is None:
+        each = np.linspace(0.0, elements, (table.samples or 2) * elements + 1)
+        places = np.interp(each, np.arange(elements + 1), arc)
+    else:
+        places = np.linspace(0.0, arc[-1], max(round(arc[-1] / table.spacing), 1) + 1)
+    return DeviceContact(table.name, body, surface, places, table.interference)

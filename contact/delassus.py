@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from contact.rows import ElementRows, Rows
+from contact.rows import Rows
 from contact.solvers.problem import DenseDelassus
 from fem.body import Body
 
@@ -44,10 +44,13 @@ class DirectDelassus(DenseDelassus):
 
 def direct(H: dict[Any, Rows]) -> DirectDelassus | None:
     """The operator of beams, or None where some body's compliance takes solves."""
-    parts = [body.delassus(rows.values, rows.first // 6) for body, rows in H.items() if isinstance(rows, ElementRows)]
-    if not parts or len(parts) < len(H) or any(part is None for part in parts):
-        return None
-    return DirectDelassus(H, sum(parts[1:], parts[0]))
+    parts = []
+    for body, rows in H.items():
+        W = rows.compliance(body)
+        if W is None:
+            return None
+        parts.append(W)
+    return DirectDelassus(H, np.sum(parts, axis=0)) if len(parts) > 1 else DirectDelassus(H, *parts) if parts else None
 
 
 class CompliantDelassus:

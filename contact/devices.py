@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from contact import device_kernels, row_kernels
 from contact.detection import first_root, nearest
-from contact.pairs import Constraints, check_interference
-from contact.rows import ElementRows
+from contact.element_rows import ElementRows
+from contact.pairs import Constraints, Recorded, check_interference
 from contact.surfaces import Foot, Surface
 from fem import beam_points
 from fem.beam import Beam
@@ -206,6 +206,8 @@ class DeviceContact:
         """Take the present state as the start of the next step's motion."""
         self.at = self.accepted = self._points(self.body.x, self.body.R)
 
-    def nearest_nodes(self) -> Ints:
-        """The node next to each point, (c)."""
-        return self.elements + (self.xi > 0.5)
+    def recorded(self) -> Recorded:
+        """The candidates, each at the node next to it; where they touch is the wall's point."""
+        rows = np.flatnonzero(self.candidates)
+        nodes = (self.elements + (self.xi > 0.5))[rows]
+        return self.body, rows, nodes, self.areas[rows], self.foot.point[rows]

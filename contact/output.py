@@ -8,14 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from contact.devices import DeviceContact
 from contact.loop import AcceptedStep
 from contact.pairs import FiniteSliding, PointToPoint
-from contact.points import ContactPoints
 from contact.record import Grid, StepData
 from contact.step import StepResult
 from contact.system import System
-from fem.beam import Beam
 from fem.body import Body
 from fem.elasticity import Elasticity
 
@@ -48,13 +45,13 @@ class Gatherer:
 
     def _device_radius(self) -> Floats | None:
         """Outer radius of beams at all nodes [m], zero elsewhere; None where there is none."""
-        if not any(isinstance(body, Beam) for body in self.system.bodies):
+        if all(body.radius is None for body in self.system.bodies):
             return None
         radius = np.zeros(self.total)
         for body in self.system.bodies:
-            if isinstance(body, Beam):
+            if body.radius is not None:
                 first = self.first[body]
-                radius[first : first + len(body.x)] = np.append(body.radius, body.radius[-1])
+                radius[first : first + len(body.radius) + 1] = np.append(body.radius, body.radius[-1])
         return radius
 
     def _gather(self, body: Body, mine: Any) -> list[Any] | None:
@@ -150,16 +147,10 @@ class Gatherer:
         start = 0
         for pair, part in zip(self.system.pairs, result.linearisation.constraints, strict=True):
             normals = _in_space(part.normals)
-            if isinstance(pair, DeviceContact):
-                rows = np.flatnonzero(pair.candidates)
-                body: Any = pair.body
-                nodes = self.first[body] + pair.nearest_nodes()[rows]
-                areas, point = pair.areas[rows], pair.foot.point[rows]
-            else:
-                points: ContactPoints = pair.points  # type: ignore[attr-defined]
-                rows = np.arange(part.count)
-                nodes = self.first[points.body] + self.originals[points.body][points.numbers]
-                body, areas, point = points.body, points.areas, _in_space(part.places) + displacement[nodes]
+            body, rows, numbers, areas, point = pair.recorded()
+            nodes = self.first[body] + self.originals[body][numbers]
+            if point is None:
+                point = _in_space(part.places) + displacement[nodes]
             owner = np.full(len(rows), self.system.bodies.index(body))
             found.append((start + rows, owner, nodes, areas, point, normals[rows]))
             start += part.count
@@ -201,7 +192,9 @@ class Gatherer:
                 raise ValueError(
                     f"resume: the record's body {number} has {size} unknowns, the scene's {body.space.size}"
                 )
-            body.resume(_share(body, saved))
+            # A body that every rank has all of takes all of it.
+            mine = slice(body.space.first, body.space.first + body.space.owned) if body.comm.size > 1 else slice(None)
+            body.resume({name: values[mine] for name, values in saved.items()})
         for number, pair in enumerate(self.system.pairs):
             if isinstance(pair, FiniteSliding):
                 pair.met = np.asarray(state[f"met/{number}"]).astype(bool)
@@ -210,14 +203,6 @@ class Gatherer:
         self.system.detect()  # the next step starts from the planes of this state
         lam: Floats = np.asarray(state["lambda"])
         return lam
-
-
-def _share(body: Body, saved: dict[str, Floats]) -> dict[str, Floats]:
-    """This rank's part of the values of a checkpoint."""
-    if isinstance(body, Beam):
-        return saved
-    mine = slice(body.space.first, body.space.first + body.space.owned)
-    return {name: values[mine] for name, values in saved.items() if name in ("x", "v")}
 
 
 def _in_space(x: Floats) -> Floats:

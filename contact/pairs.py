@@ -20,6 +20,7 @@ from contact.rows import Rows, SparseRows
 from contact.surfaces import Surface
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
 
@@ -49,6 +50,11 @@ class Constraints:
         return len(self.offset)
 
 
+# Body, rows among the pair's constraints (k), their nodes (k) and areas (k), and where they touch, (k, 3) [m] or None
+# for the deformed places of the nodes.
+Recorded = tuple[Any, Ints, Ints, Floats, Floats | None]
+
+
 class Pair(Protocol):
     """A pair of things that may touch. Its methods are collective."""
 
@@ -75,12 +81,22 @@ class Pair(Protocol):
     def crossed(self) -> bool:
         """Whether a point went through the surface on its way from the last accepted state."""
 
+    def recorded(self) -> Recorded:
+        """The constraints that a record keeps."""
+
     def accept(self) -> None:
         """Take the present state as the start of the next step's motion."""
 
 
 class _Unbent:
     """Of a pair whose bodies deform little: curvature stays out of A, and the certificate's gaps say all."""
+
+    points: ContactPoints
+
+    def recorded(self) -> Recorded:
+        """All of them, at their nodes."""
+        p = self.points
+        return p.body, np.arange(p.count), p.numbers, p.areas, None
 
     def begin(self) -> None:
         """Nothing."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field, PlainValidator, model_validator
@@ -11,7 +11,9 @@ from pydantic import Field, PlainValidator, model_validator
 from contact import surfaces
 from contact.surfaces import Surface
 from contact.tables import Name, Number, Positive, Table, Vector
-from meshes.vessels import VesselTree, read_swc, tree_of
+
+if TYPE_CHECKING:
+    from meshes.vessels import VesselTree
 
 Point = Annotated[list[Number], Field(min_length=3, max_length=3)]
 Row4 = Annotated[list[Number], Field(min_length=4, max_length=4)]
@@ -276,6 +278,8 @@ def _blend(table: BlendTable, folder: Path) -> Surface:
 
 def tree_of_table(table: VesselsTable, folder: Path) -> VesselTree:
     """The vessel tree of a table, resampled, with its stenoses."""
+    from meshes.vessels import read_swc, tree_of  # splines: only where a scene has vessels
+
     if table.file is None:
         tree = tree_of([(b.name, np.array(b.points)) for b in table.branches], table.spacing)
     else:

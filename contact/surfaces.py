@@ -6,6 +6,7 @@ Distances to the plane, the sphere and the cylinder are exact; elsewhere `closes
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
@@ -53,17 +54,20 @@ class Surface(Protocol):
         """A signed distance that is nowhere larger in magnitude than the true one, cheap, (points) [m]."""
 
 
-class _Distance:
+class _Distance(ABC):
     """What follows where g is the signed distance itself."""
 
+    @abstractmethod
     def potential(self, x: Floats) -> Floats:
-        raise NotImplementedError
+        """g(x), (points)."""
 
+    @abstractmethod
     def gradient(self, x: Floats) -> Floats:
-        raise NotImplementedError
+        """∇g(x), (points, D)."""
 
+    @abstractmethod
     def hessian(self, x: Floats) -> Floats:
-        raise NotImplementedError
+        """∇²g(x), (points, D, D)."""
 
     def lipschitz(self, a: Floats, b: Floats) -> Floats:
         """One."""

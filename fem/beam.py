@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
@@ -12,6 +11,7 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from fem import beam_kernels as kernels
+from fem import nodal_kernels
 from fem.beam_element import BeamData
 from fem.beam_parts import BeamInertia, BeamLoads, ChainSpace, Drive, Line
 from fem.chain import matrix_of
@@ -263,7 +263,7 @@ class Beam:
         if self.inertia is not None:
             a, _ = self.inertia.rayleigh
             factor = self._integrator.inertia + a * self._integrator.damping
-            kernels.add_inertia(diagonal, upper, self.inertia.nodes, self.inertia.links, self._J, factor)
+            nodal_kernels.add_inertia(diagonal, upper, self.inertia.nodes, self.inertia.links, self._J, factor)
         if self._extra is not None:
             kernels.add_element_blocks(diagonal, upper, *self._extra)
             self._extra = None
@@ -322,7 +322,7 @@ class Beam:
             if self.loads.line is not None:
                 # What the Hermite interpolation makes of a line load, beside half of it a node.
                 outer = outer.copy()
-                kernels.add_line_moments(outer.reshape(-1, 6), self.R, self.data.length, self._line)
+                nodal_kernels.add_line_moments(outer.reshape(-1, 6), self.R, self.data.length, self._line)
             self._forces = inner.ravel(), outer
         return self._forces
 
@@ -331,7 +331,7 @@ class Beam:
         inertia, scheme = self.inertia, self._integrator
         assert inertia is not None
         x_n, R_n, _, v_n, w_n = self._history
-        kernels.add_inertia_forces(
+        nodal_kernels.add_inertia_forces(
             f,
             self.x - x_n,
             kernels.relative_rotations(R_n, self.R),
@@ -352,7 +352,7 @@ class Beam:
     def imbalance(self, contact: Floats) -> float:
         """‖f_int + inertia − f_ext − Hᵀλ‖ over the sum of the norms; moments count over an element's length."""
         inner, outer = self._balance()
-        norms = kernels.norms(inner, outer, contact, self.fixed, self._unit)
+        norms = nodal_kernels.norms(inner, outer, contact, self.fixed, self._unit)
         # A residual of 1e-8 of this is a strain of 1e-15, the round-off of strains.
         least = 1e-7 * float((self._damped.axial[:, 0] * self.data.length).max())
         ratio = float(norms[0] / max(norms[1:].sum(), least))
@@ -395,7 +395,5 @@ class Beam:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()

@@ -47,6 +47,7 @@ class Body:
     """
 
     linear = True
+    radius: Floats | None = None  # of a beam's elements
 
     def __init__(
         self,

@@ -7,7 +7,7 @@ import pytest
 from beam_examples import random_chain, scatter
 
 from fem import beam_kernels as kernels
-from fem import beam_points, rotations
+from fem import beam_points, nodal_kernels, rotations
 from fem.beam_element import forces, stiffness, strains
 from meshes.centrelines import helix
 
@@ -74,7 +74,7 @@ def test_inertia_and_element_blocks_add_up():
     np.testing.assert_allclose(upper, [K[:6, 6:12], K[6:12, 12:]])
     nodes, links, J = rng.uniform(1, 2, 3), rng.uniform(1, 2, 2), rng.normal(size=(3, 3, 3))
     before = diagonal.copy(), upper.copy()
-    kernels.add_inertia(diagonal, upper, nodes, links, J, 2.0)
+    nodal_kernels.add_inertia(diagonal, upper, nodes, links, J, 2.0)
     np.testing.assert_allclose((diagonal - before[0])[:, :3, :3], 2 * nodes[:, None, None] * np.eye(3))
     np.testing.assert_allclose((diagonal - before[0])[:, 3:, 3:], 2 * J)
     np.testing.assert_allclose((upper - before[1])[:, :3, :3], 2 * links[:, None, None] * np.eye(3), atol=1e-15)

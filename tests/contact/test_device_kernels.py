@@ -1,0 +1,70 @@
+"""The compiled work on the contact points of a device against the same formulas on whole arrays."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from contact import device_kernels
+from contact.row_kernels import concave_part
+from contact.surfaces import Foot
+
+RNG = np.random.default_rng(0)
+C = 9
+
+
+def feet(n: int) -> Foot:
+    """Random numbers in the shapes of feet."""
+    return Foot(RNG.normal(size=n), RNG.normal(size=(n, 3)), RNG.normal(size=(n, 3)), RNG.normal(size=(n, 3, 3)))
+
+
+def test_bounds() -> None:
+    """A gap falls by no more than its point has moved."""
+    known, (at, seen) = RNG.normal(size=C), RNG.normal(size=(2, C, 3))
+    expected = known - np.linalg.norm(at - seen, axis=1)
+    np.testing.assert_allclose(device_kernels.bounds(known, at, seen), expected, rtol=1e-14)
+
+
+def test_moved() -> None:
+    """Places, feet moved along and ways of some points."""
+    (at, seen, point), rows = RNG.normal(size=(3, C, 3)), np.array([1, 4, 5, 8])
+    x, guess, way = device_kernels.moved(rows, at, seen, point)
+    np.testing.assert_array_equal(x, at[rows])
+    np.testing.assert_allclose(guess, (point + at - seen)[rows], rtol=1e-14)
+    np.testing.assert_allclose(way, np.linalg.norm((at - seen)[rows], axis=1), rtol=1e-14)
+
+
+def test_settle() -> None:
+    """What is found for some points is written there, and nowhere else."""
+    rows, x, radius = np.array([0, 3, 7]), RNG.normal(size=(3, 3)), RNG.uniform(size=C)
+    all_feet, found, known, seen = feet(C), feet(3), RNG.normal(size=C), RNG.normal(size=(C, 3))
+    expected = [part.copy() for part in (*all_feet, known, seen)]
+    for part, new in zip(expected, (*found, found.distance - radius[rows], x), strict=True):
+        part[rows] = new
+    device_kernels.settle(rows, x, found, radius, all_feet, known, seen)
+    for part, wanted in zip((*all_feet, known, seen), expected, strict=True):
+        np.testing.assert_array_equal(part, wanted)
+
+
+def test_offsets() -> None:
+    """n·(p − y) − a of candidates; the others are infinitely far and have no row."""
+    candidates, (at, point, normal) = RNG.random(C) < 0.5, RNG.normal(size=(3, C, 3))
+    radius, values = RNG.uniform(size=C), RNG.normal(size=(C, 12))
+    rows = np.where(candidates[:, None], values, 0.0)
+    expected = np.where(candidates, ((at - point) * normal).sum(axis=1) - radius, np.inf)
+    np.testing.assert_allclose(
+        device_kernels.offsets(candidates, at, point, normal, radius, values), expected, rtol=1e-13
+    )
+    np.testing.assert_array_equal(values, rows)
+
+
+def test_concave_part() -> None:
+    """The negative part by eigenvalues, of curvatures of every sign."""
+    n = RNG.normal(size=(60, 3))
+    n /= np.linalg.norm(n, axis=1)[:, None]
+    flat = np.eye(3) - n[:, :, None] * n[:, None, :]
+    S = RNG.normal(size=(60, 3, 3))
+    curvature = flat @ (S + np.swapaxes(S, 1, 2) + RNG.normal(scale=2, size=60)[:, None, None] * np.eye(3)) @ flat
+    values, vectors = np.linalg.eigh(curvature)
+    expected = (vectors * np.minimum(values, 0.0)[:, None, :]) @ np.swapaxes(vectors, 1, 2)
+    assert (values[:, 2] > 1e-9).any() and (values[:, 2] < 1e-9).any() and (values[:, 0] > -1e-9).any()
+    np.testing.assert_allclose(concave_part(curvature, n), expected, atol=1e-13)
