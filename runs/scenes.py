@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import subprocess
 import sys
 from importlib.metadata import version
 from pathlib import Path
@@ -20,6 +19,7 @@ from contact.output import Gatherer
 from contact.ranks import on_root
 from contact.record import Record, RecordReader
 from contact.scene import Scene, read_scene
+from runs.machine import commit
 
 
 def command(arguments: argparse.Namespace, petsc_options: list[str]) -> int:
@@ -117,15 +117,10 @@ def _checkpoint(target: Path, text: str, comm: Any) -> tuple[int, dict[str, Any]
 
 def _facts(comm: Any) -> dict[str, Any]:
     """Versions, commit and ranks of this run."""
-    try:
-        here = Path(__file__).parent
-        commit = subprocess.run(["git", "rev-parse", "HEAD"], cwd=here, capture_output=True, text=True).stdout.strip()
-    except OSError:
-        commit = ""
     return {
         "signorini": version("signorini"),
         "petsc": ".".join(str(n) for n in PETSc.Sys.getVersion()),
         "numpy": version("numpy"),
-        "commit": commit or "unknown",
+        "commit": commit(),
         "ranks": comm.size,
     }
