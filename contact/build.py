@@ -25,7 +25,7 @@ from contact.scene import (
     Tension,
 )
 from contact.scene_devices import BeamTable
-from contact.scene_surfaces import BodyPointTable, surface_of
+from contact.scene_surfaces import BodyPointTable, BodySurfaceTable, surface_of
 from contact.system import System
 from fem.body import Body
 from fem.elasticity import Elasticity
@@ -65,9 +65,7 @@ def build(scene: Scene, comm: Any, folder: Path = Path(), clock: Clock | None = 
             bodies[table.name] = _body(table, comm, folder, dynamic)
     if scheme == "midpoint" and any(isinstance(table, BeamTable) for table in scene.bodies):
         raise ValueError("time.integrator = 'midpoint': a beam moves by 'implicit-euler'")
-    touched = {c.body for c in scene.contacts} | {
-        c.surface.body for c in scene.contacts if isinstance(c.surface, BodyPointTable)
-    }
+    touched = {c.body for c in scene.contacts} | {c.other for c in scene.contacts}
     for name, body in bodies.items():
         if body.modes.shape[1] and name not in touched and not dynamic:
             raise ValueError(
@@ -175,7 +173,11 @@ def _pairs(table: ContactTable, bodies: dict[str, Any], folder: Path) -> list[Pa
         from contact.build_devices import device_contact
 
         _check_dimensions(table, 3)
+        if isinstance(table.surface, BodySurfaceTable):
+            raise ValueError(f"contact {table.name!r}: surface.kind = 'body': not of a beam")
         return [device_contact(table, body, surface_of(table.surface, folder)) for _ in range(table.copies)]
+    if isinstance(table.surface, BodySurfaceTable):
+        raise ValueError(f"contact {table.name!r}: surface.kind = 'body': not there yet")
     points = {"nodal": nodal, "mortar": mortar}[table.constraint](body, table.tag)
     _check_dimensions(table, body.frame.shape[1])
     return [_pair(table, points, bodies, folder) for _ in range(table.copies)]

@@ -22,7 +22,7 @@ from pydantic import (
 )
 
 from contact.scene_devices import BeamTable, is_beam
-from contact.scene_surfaces import BodyPointTable, Obstacle, SurfaceTable
+from contact.scene_surfaces import BodyPointTable, BodySurfaceTable, Obstacle, SurfaceTable
 from contact.tables import Name, NotNegative, Number, Positive, Table, Value, Vector, check_value
 from meshes.mesh import Mesh
 
@@ -171,15 +171,49 @@ class ContactTable(Table):
     samples: Annotated[int, Field(ge=1)] | None = Field(None, description="contact points per element of a beam (2)")
     spacing: Positive | None = Field(None, description="of contact points along a beam, instead of samples [m]")
     surface: SurfaceTable | Obstacle = Field(
-        description="plane, sphere, cylinder, paraboloid, cone, sinusoid, dome, or point"
+        description="plane, sphere, cylinder, paraboloid, cone, sinusoid, dome, point, or body"
     )
-    constraint: Literal["nodal", "mortar"] = "nodal"
+    constraint: Literal["nodal", "mortar"] = Field("nodal", description="against another body's surface: mortar")
+    multiplier: Literal["vertex", "dual"] = Field(
+        "vertex", description="functions of the pressure between two bodies: hats of the vertices, or their dual basis"
+    )
+    side: Literal["auto", "body", "other"] = Field(
+        "auto", description="which of two bodies carries the multipliers; auto: the finer, else the softer"
+    )
     sliding: Literal["small", "finite"] = Field(
         "small", description="small: normals stay those of the undeformed state; finite: detected along the motion"
     )
     direction: Vector | None = Field(None, description="fixed normal of small sliding; else that of the closest point")
     interference: NotNegative = Field(0.0, description="how deep points may start inside the surface [m]")
     copies: Annotated[int, Field(ge=1)] = Field(1, description="state the same contact several times over")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _between_bodies(cls, data: Any) -> Any:
+        """Facets of two bodies touch by mortar."""
+        if isinstance(data, dict) and data.get("tag") is not None:
+            surface = data.get("surface")
+            kind = surface.get("kind") if isinstance(surface, dict) else getattr(surface, "kind", None)
+            if kind == "body":
+                return {"constraint": "mortar", **data}
+        return data
+
+    @model_validator(mode="after")
+    def _two_bodies(self) -> ContactTable:
+        if not isinstance(self.surface, BodySurfaceTable):
+            if given := self.model_fields_set & {"multiplier", "side"}:
+                raise ValueError(f"{min(given)}: only of a contact with surface.kind = 'body'")
+        elif self.tag is not None:
+            if self.constraint == "nodal":
+                raise ValueError("constraint = 'nodal': the surface of a body takes 'mortar'")
+            if self.direction is not None:
+                raise ValueError(f"direction = {self.direction}: normals are those of the body's surface")
+        return self
+
+    @property
+    def other(self) -> str | None:
+        """The other body, where there is one."""
+        return self.surface.body if isinstance(self.surface, BodyPointTable | BodySurfaceTable) else None
 
     @model_validator(mode="after")
     def _sliding(self) -> ContactTable:
@@ -246,10 +280,14 @@ class Scene(Table):
         if len(set(names)) < len(names):
             raise ValueError(f"body names {names}: must differ")
         for contact in self.contacts:
-            others = [contact.surface.body] if isinstance(contact.surface, BodyPointTable) else []
-            for name in [contact.body, *others]:
-                if name not in names:
-                    raise ValueError(f"contact.body = {name!r}: must be one of {', '.join(names)}")
+            for key, name in (("body", contact.body), ("surface.body", contact.other)):
+                if name is not None and name not in names:
+                    raise ValueError(f"contact.{key} = {name!r}: must be one of {', '.join(names)}")
+            if isinstance(contact.surface, BodySurfaceTable):
+                if contact.surface.body in beams:
+                    raise ValueError(f"contact.surface.body = {contact.surface.body!r}: a beam has no facets")
+                if self.time.integrator == "midpoint":
+                    raise ValueError("time.integrator = 'midpoint': two bodies touch by 'static' or 'implicit-euler'")
             contact.check_body(contact.body in beams)
         return self
 

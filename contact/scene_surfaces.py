@@ -200,6 +200,14 @@ class BodyPointTable(Table):
     normal: Vector
 
 
+class BodySurfaceTable(Table):
+    """The facets `tag` of another body, as they deform."""
+
+    kind: Literal["body"]
+    body: Name
+    tag: Name
+
+
 SurfaceTable = Annotated[
     PlaneTable
     | RoundTable
@@ -211,7 +219,8 @@ SurfaceTable = Annotated[
     | VesselsTable
     | ConvolutionTable
     | CauchyTable
-    | BodyPointTable,
+    | BodyPointTable
+    | BodySurfaceTable,
     Field(discriminator="kind"),
 ]
 
