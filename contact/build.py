@@ -133,7 +133,10 @@ def _mesh(table: BodyTable, folder: Path) -> Mesh:
         assert isinstance(source, MeshShape)
         from meshes.generators import generate
 
-        return generate(source.shape, **(source.model_extra or {}))
+        parameters = dict(source.model_extra or {})
+        if isinstance(parameters.get("centreline"), str):
+            parameters["centreline"] = str(folder / parameters["centreline"])
+        return generate(source.shape, **parameters)
     except ValueError as error:
         raise ValueError(f"body {table.name!r}: mesh: {error}") from None
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from contact.scene import BodyTable, Elastic, MeshFile, MeshShape, Scene
 from contact.scene_devices import BeamTable
 
-WITHOUT_GMSH = {"interval"}
+WITHOUT_GMSH = {"interval", "tube-wall", "vessel-wall"}
 
 
 def explain(scene: Scene) -> str:

@@ -12,6 +12,7 @@ from meshes.planar import disc, half_disc, ring, shell_section, sphere_section
 from meshes.refine import Refine
 from meshes.solids import hollow_cylinder, shell_octant, sphere_octant
 from meshes.structured import interval
+from meshes.walls import tube_wall, vessel_wall
 
 __all__ = [
     "GENERATORS",
@@ -29,6 +30,8 @@ __all__ = [
     "shell_section",
     "sphere_octant",
     "sphere_section",
+    "tube_wall",
+    "vessel_wall",
 ]
 
 GENERATORS: dict[str, Callable[..., Mesh]] = {
@@ -46,6 +49,8 @@ GENERATORS: dict[str, Callable[..., Mesh]] = {
         sphere_section,
         shell_section,
         shell_octant,
+        tube_wall,
+        vessel_wall,
     )
 }
 
