@@ -12,18 +12,21 @@ from validation.exact.common import Floats, as_points, ascending, elastic, posit
 
 @dataclass(frozen=True, kw_only=True)
 class Plug:
-    """Rigid cylinder of radius b + δ in a tube b < r < c, free outside, plane strain, no friction.
+    """Cylinder of radius b + δ in a tube b < r < c, free outside, plane strain, no friction.
 
-    u_r = p b²/(2G(c²−b²)) [(1−2ν) r + c²/r], p from u_r(b) = δ; σ_rr = −p b²(c²/r²−1)/(c²−b²).
+    Tube: u_r = p b²/(2G(c²−b²)) [(1−2ν) r + c²/r], σ_rr = −p b²(c²/r²−1)/(c²−b²). Core: σ_rr = σ_θθ = −p,
+    u_r = −p (1+ν₁)(1−2ν₁) r/E₁; both are linear on the common radius b, where they differ by δ.
 
     Parameters
     ----------
     E, nu : tube [Pa], -1 < nu <= 1/2
     b, c : inner and outer radius [m]
     delta : interference of the radii [m]
+    E1, nu1 : core [Pa]; rigid where E1 is left out
 
-    Checked: Hooke's law and the boundary conditions by finite differences; p = δ/{b[(c²+b²)/(c²−b²)+ν′]/E′}; the
-    catalogue's figures. Source: Timoshenko & Goodier, Theory of Elasticity, §28.
+    Checked: Hooke's law and the boundary conditions by finite differences; p = δ/{b[(c²+b²)/(c²−b²)+ν′]/E′}, with the
+    core b(1−ν₁′)/E₁′ more in the braces; the catalogue's figures. Source: Timoshenko & Goodier, Theory of Elasticity,
+    §28.
     """
 
     E: float
@@ -31,16 +34,20 @@ class Plug:
     b: float
     c: float
     delta: float
+    E1: float = np.inf
+    nu1: float = 0.0
 
     def __post_init__(self) -> None:
         elastic(E=self.E, nu=self.nu)
+        _core(self.E1, self.nu1)
         ascending(b=self.b, c=self.c)
         positive(delta=self.delta)
 
     @property
     def p(self) -> float:
         """Pressure [Pa], uniform."""
-        return self.delta / self._radial(np.array(self.b), pressure=1.0).item()
+        core = (1 + self.nu1) * (1 - 2 * self.nu1) / self.E1 * self.b
+        return self.delta / (self._radial(np.array(self.b), pressure=1.0).item() + core)
 
     @property
     def force(self) -> float:
@@ -48,10 +55,14 @@ class Plug:
         return 2 * np.pi * self.b * self.p
 
     def displacement(self, points: ArrayLike) -> Floats:
-        """(u_x, u_y) at points (n, 2), the axis at the origin, shape (n, 2) [m]."""
+        """(u_x, u_y) of the tube at points (n, 2), the axis at the origin, shape (n, 2) [m]."""
         points = as_points(points, 2)
         r = radius(points)
         return points * (self._radial(r, self.p) / r)[:, None]
+
+    def displacement_core(self, points: ArrayLike) -> Floats:
+        """(u_x, u_y) of the core at points (n, 2), shape (n, 2) [m]."""
+        return -self.p * (1 + self.nu1) * (1 - 2 * self.nu1) / self.E1 * as_points(points, 2)
 
     def _radial(self, r: Floats, pressure: float) -> Floats:
         return _tube(r, self.E, self.nu, self.b, self.c, inner=pressure, outer=0.0)
@@ -59,18 +70,21 @@ class Plug:
 
 @dataclass(frozen=True, kw_only=True)
 class BallShell:
-    """Rigid sphere of radius b + δ in a spherical shell b < r < c, free outside, no friction.
+    """Sphere of radius b + δ in a spherical shell b < r < c, free outside, no friction.
 
-    u_r = p b³/(E(c³−b³)) [(1−2ν) r + (1+ν) c³/2r²], p from u_r(b) = δ.
+    Shell: u_r = p b³/(E(c³−b³)) [(1−2ν) r + (1+ν) c³/2r²]. Core: σ = −p 1, u_r = −p (1−2ν₁) r/E₁; both are linear on
+    the common radius b, where they differ by δ.
 
     Parameters
     ----------
     E, nu : shell [Pa], -1 < nu <= 1/2
     b, c : inner and outer radius [m]
     delta : interference of the radii [m]
+    E1, nu1 : core [Pa]; rigid where E1 is left out
 
-    Checked: Hooke's law, equilibrium and the boundary conditions by finite differences; the catalogue's p = .0125.
-    Source: Timoshenko & Goodier, Theory of Elasticity, §136.
+    Checked: Hooke's law, equilibrium and the boundary conditions by finite differences; the catalogue's p = .0125;
+    where core and shell are alike and c → ∞, Eshelby's p = 2Eδ/3(1−ν)b. Source: Timoshenko & Goodier, Theory of
+    Elasticity, §136.
     """
 
     E: float
@@ -78,16 +92,20 @@ class BallShell:
     b: float
     c: float
     delta: float
+    E1: float = np.inf
+    nu1: float = 0.0
 
     def __post_init__(self) -> None:
         elastic(E=self.E, nu=self.nu)
+        _core(self.E1, self.nu1)
         ascending(b=self.b, c=self.c)
         positive(delta=self.delta)
 
     @property
     def p(self) -> float:
         """Pressure [Pa], uniform."""
-        return self.delta / self._radial_per_pressure(np.array(self.b)).item()
+        core = (1 - 2 * self.nu1) / self.E1 * self.b
+        return self.delta / (self._radial_per_pressure(np.array(self.b)).item() + core)
 
     @property
     def force(self) -> float:
@@ -95,10 +113,14 @@ class BallShell:
         return 4 * np.pi * self.b**2 * self.p
 
     def displacement(self, points: ArrayLike) -> Floats:
-        """u at points (n, 3), the centre at the origin, shape (n, 3); or (u_r, u_z) at points (r, z) [m]."""
+        """u of the shell at points (n, 3), the centre at the origin, or (u_r, u_z) at points (r, z) (n, 2) [m]."""
         points = as_points(points, 2, 3)
         r = radius(points)
         return points * (self.p * self._radial_per_pressure(r) / r)[:, None]
+
+    def displacement_core(self, points: ArrayLike) -> Floats:
+        """u of the core at points (n, 3), or (u_r, u_z) at points (r, z) (n, 2) [m]."""
+        return -self.p * (1 - 2 * self.nu1) / self.E1 * as_points(points, 2, 3)
 
     def _radial_per_pressure(self, r: Floats) -> Floats:
         b3, c3 = self.b**3, self.c**3
@@ -161,6 +183,12 @@ class ShrinkFit:
 
     def _outer(self, r: Floats, pressure: float) -> Floats:
         return _tube(r, self.E2, self.nu2, self.b, self.c, inner=pressure, outer=0.0)
+
+
+def _core(E1: float, nu1: float) -> None:
+    """ValueError unless the core is elastic, or rigid (E₁ = ∞)."""
+    if not np.isposinf(E1):
+        elastic(E=E1, nu=nu1, body="1")
 
 
 def _tube(r: Floats, E: float, nu: float, b: float, c: float, *, inner: float, outer: float) -> Floats:

@@ -57,6 +57,33 @@ def test_rigid_core_in_a_shell(body, surface):
     assert largest_divergence(body.displacement, surface(0.5 * (body.b + body.c)), E, nu) < 1e-8 * body.p
 
 
+@pytest.mark.parametrize(
+    ("body", "surface"),
+    [
+        (Plug(E=1, nu=0.3, b=2, c=3, delta=0.1, E1=3, nu1=0.2), ring),
+        (BallShell(E=1, nu=0.3, b=1, c=2, delta=0.01, E1=0.5, nu1=0.4), sphere),
+    ],
+    ids=repr,
+)
+def test_elastic_core_in_a_shell(body, surface):
+    """u_r differs by δ at b; σ_rr = −p on both sides of it; the core in equilibrium."""
+    at_b = surface(body.b)
+    jump = (body.displacement(at_b) - body.displacement_core(at_b)) * at_b / body.b
+    assert_allclose(jump.sum(axis=1), body.delta, rtol=1e-13)
+    for displacement, E, nu in ((body.displacement, body.E, body.nu), (body.displacement_core, body.E1, body.nu1)):
+        assert_allclose(radial_traction(displacement, at_b, E, nu)[0], -body.p, rtol=1e-9)
+    assert largest_divergence(body.displacement_core, surface(0.5 * body.b), body.E1, body.nu1) < 1e-8 * body.p
+    assert body.p < type(body)(E=1, nu=0.3, b=body.b, c=body.c, delta=body.delta).p
+
+
+def test_core_of_the_same_material_in_an_infinite_body():
+    """p = Eδ/2(1−ν²)b of a cylinder and 2Eδ/3(1−ν)b of a ball: a misfit in an infinite body (Eshelby)."""
+    plug = Plug(E=2, nu=0.3, b=1, c=1e6, delta=0.01, E1=2, nu1=0.3)
+    assert_allclose(plug.p, 2 * 0.01 / (2 * 0.91), rtol=1e-11)
+    ball = BallShell(E=2, nu=0.3, b=1, c=1e5, delta=0.01, E1=2, nu1=0.3)
+    assert_allclose(ball.p, 2 * 2 * 0.01 / (3 * 0.7), rtol=1e-11)
+
+
 @pytest.mark.parametrize(("nu", "p"), [(0.3, 0.01814224), (0.4999, 0.01851811)])
 def test_plug_of_the_catalogue(nu, p):
     plug = Plug(E=1, nu=nu, b=2, c=3, delta=0.1)
@@ -109,6 +136,12 @@ def test_shrink_fit_closes_the_interference_and_balances():
     assert_allclose(fit.p, 0.003 / (outer + inner), rtol=1e-13)
 
 
+def test_elastic_plug_is_the_shrink_fit_of_a_tube_with_a_small_bore():
+    plug = Plug(E=400, nu=0.4, b=2, c=3, delta=0.01, E1=900, nu1=0.25)
+    fit = ShrinkFit(E1=900, nu1=0.25, E2=400, nu2=0.4, a=1e-6, b=2, c=3, delta=0.01)
+    assert_allclose(fit.p, plug.p, rtol=1e-11)
+
+
 def test_plug_is_the_shrink_fit_on_a_rigid_tube():
     plug = Plug(E=1, nu=0.3, b=2, c=3, delta=0.1)
     fit = ShrinkFit(E1=1e12, nu1=0.3, E2=1, nu2=0.3, a=1, b=2, c=3, delta=0.1)
@@ -120,6 +153,7 @@ def test_plug_is_the_shrink_fit_on_a_rigid_tube():
     [
         (lambda: Plug(E=1, nu=0.3, b=3, c=2, delta=0.1), "c = 2: must be > b = 3"),
         (lambda: Plug(E=1, nu=0.3, b=2, c=3, delta=-0.1), "delta = -0.1"),
+        (lambda: Plug(E=1, nu=0.3, b=2, c=3, delta=0.1, E1=-1.0), "E1 = -1.0"),
         (lambda: BallShell(E=1, nu=0.7, b=1, c=2, delta=0.1), "nu = 0.7"),
         (lambda: ShrinkFit(E1=1, nu1=0.3, E2=0, nu2=0.3, a=1, b=2, c=3, delta=0.1), "E2 = 0"),
     ],
