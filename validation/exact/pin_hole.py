@@ -102,11 +102,12 @@ class PinHole:
     def displacement_plate(self, points: ArrayLike) -> Floats:
         """(u_x, u_y) of the plate at points (n, 2), |x| > 1.2 R, shape (n, 2) [m]."""
         z, p, c1, n = self._unknowns(points)
-        phi: Complexes = c1 * np.log(z)
-        psi: Complexes = -self._kappa * phi - p[0] / z - (c1 + p[1] / 4) / z**2
+        log: Complexes = np.log(z)
+        phi = c1 * log
+        psi = -self._kappa * phi - p[0] / z - (c1 + p[1] / 4) / z**2
         powers = z[:, None] ** -n
         phi = phi + powers @ (p[2:] / (2 * (n - 1))) * z
-        Phi: Complexes = c1 * z**-1 - powers @ (p[2:] / 2)
+        Phi = c1 * z**-1 - powers @ (p[2:] / 2)
         psi = psi + powers @ (n * p[2:] / (2 * (n + 1))) / z
         return self._vectors(z, phi, Phi, psi)
 
@@ -114,11 +115,12 @@ class PinHole:
         """(u_x, u_y) of the pin at points (n, 2), 0 < |x| < R/1.2, with its rigid motion, shape (n, 2) [m]."""
         z, p, c1, n = self._unknowns(points)
         e1 = -p[1] / 2 - 2 * c1
-        phi: Complexes = c1 * np.log(z) - p[0] / 2 * z + e1 / 2 * z**2
-        psi: Complexes = -self._kappa * c1 * np.log(z)
+        log: Complexes = np.log(z)
+        phi = c1 * log - p[0] / 2 * z + e1 / 2 * z**2
+        psi = -self._kappa * c1 * log
         powers = z[:, None] ** n
         phi = phi - powers @ (p[2:] / (2 * (n + 1))) * z
-        Phi: Complexes = c1 * z**-1 - p[0] / 2 + e1 * z - powers @ (p[2:] / 2)
+        Phi = c1 * z**-1 - p[0] / 2 + e1 * z - powers @ (p[2:] / 2)
         psi = psi + powers @ (n * p[2:] / (2 * (n - 1))) / z
         # the first harmonic of the gap is T: what the series give of it is taken back by a rigid motion
         first = p[1] / 4 + c1 + e1 - self._kappa * e1 / 2
