@@ -12,9 +12,9 @@ from validation.case import CASES, Parameter, Quantity, Run
 from validation.cases.impacts import CLOSE, History
 
 
-def _run(name: str, h: float = 1.0, **changes: Parameter) -> dict[str, Quantity]:
+def _run(name: str, h: float = 1.0, order: int = 1, **changes: Parameter) -> dict[str, Quantity]:
     case = CASES[name]
-    run = Run(case, MPI.COMM_SELF, case.configure(changes), h, 1, "status")
+    run = Run(case, MPI.COMM_SELF, case.configure(changes), h, order, "status")
     try:
         return {q.name: q for q in case.solve(run)}
     finally:
@@ -72,6 +72,18 @@ def test_bouncing_bar() -> None:
         assert found.pop(impulse).error < 0.75 * 2.5 * CLOSE
     assert len(found) == 5
     assert all(q.passed for q in found.values())
+
+
+@pytest.mark.parametrize("changes", [{}, {"E": 200.0, "R": 0.5, "rho": 1e3, "v0": 1e-4}])
+def test_hertz_impact(changes: dict[str, Parameter]) -> None:
+    """Half of the default resolution, whose error of order two is at most four times as large; other units."""
+    case = CASES["hertz-impact"]
+    p = case.configure(changes)
+    # a ∝ R (ρ v₀²/E)^{1/5}: cells as large against the contact as those of the default
+    a = float(p["R"]) * (float(p["rho"]) * float(p["v0"]) ** 2 / float(p["E"]) / 2.4e-4**2) ** 0.2
+    found = _run("hertz-impact", 8e-3 * a, 2, **changes)
+    assert found.pop("order_of_approach").error < 0.2
+    assert all(q.error <= 4 * q.tolerance for q in found.values()), found
 
 
 def test_history() -> None:

@@ -11,6 +11,7 @@ from validation.cases import (
     layers,
     membranes,
     rods,
+    spheres,
     tubes,
 )
 
@@ -25,5 +26,6 @@ __all__ = [
     "layers",
     "membranes",
     "rods",
+    "spheres",
     "tubes",
 ]

@@ -9,7 +9,7 @@ from math import isqrt
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import beta, betaincinv
+from scipy.special import beta, betainc, betaincinv
 
 from validation.exact.common import Floats, elastic, positive
 
@@ -146,6 +146,12 @@ class HertzImpact:
         """δ(t), t from the first touch [m]; 0 outside [0, T]."""
         phase = 1 - np.abs(2 * np.asarray(t, dtype=float) / self.duration - 1)
         return self.delta * np.asarray(betaincinv(0.4, 0.5, np.maximum(phase, 0))) ** 0.4
+
+    def passes(self, force: float) -> tuple[float, float]:
+        """When the contact force passes `force` on its way up and on its way down [s]; NaN above its peak."""
+        part = (force / self.peak_force) ** (2 / 3)
+        rise = self.duration / 2 * float(betainc(0.4, 0.5, part**2.5)) if part <= 1 else np.nan
+        return rise, self.duration - rise
 
     def force(self, t: ArrayLike) -> Floats:
         """Contact force [N]."""

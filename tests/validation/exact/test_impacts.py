@@ -85,6 +85,11 @@ def test_hertz_impact_by_its_equation_of_motion():
     assert_allclose(quad(impact.force, 0, impact.duration)[0], impact.impulse, rtol=1e-7)
     assert_allclose(impact.peak_force, stiffness * impact.delta**1.5, rtol=1e-13)
     assert np.all(impact.force([-1.0, impact.duration + 1]) == 0)
+    for part in (0.1, 0.5, 1.0):
+        times = impact.passes(part * impact.peak_force)
+        assert_allclose(impact.force(times), part * impact.peak_force, rtol=1e-12)
+        assert sum(times) == pytest.approx(impact.duration)
+    assert np.isnan(impact.passes(1.1 * impact.peak_force)).all()
 
 
 def test_hertz_impact_of_the_catalogue():
