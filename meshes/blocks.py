@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from meshes.mesh import Mesh
-from meshes.parameters import bad, choice, positive, vector
+from meshes.parameters import bad, positive, vector
 from meshes.planar import plane, rectangle
 from meshes.refine import Refine
 from meshes.solids import prism
-from meshes.structured import Grading, PerAxis, axes_of, grid
+from meshes.structured import Grading, PerAxis, axes_of, check_style, grid
 
 
 def box(
@@ -47,7 +47,7 @@ def box(
     """
     size = tuple(positive(f"size[{i}]", x) for i, x in enumerate(vector("size", size, (2, 3))))
     corner = vector("origin", (0.0,) * len(size) if origin is None else origin, [len(size)])
-    _check_style(h, n, refine, structured, grading)
+    check_style(h, n, refine, structured, grading)
     if structured:
         sides = [("left", "right"), *([("front", "back")] if len(size) == 3 else []), ("bottom", "top")]
         axes = axes_of(size, h, n, grading)
@@ -75,31 +75,12 @@ def layer(
     those of `box`; `grading` above 1 concentrates cells at the origin.
     """
     size = positive("width", width), positive("thickness", thickness)
-    _check_style(h, n, refine, structured, grading)
+    check_style(h, n, refine, structured, grading)
     if structured:
         x, depth = axes_of(size, h, n, grading)
         return grid([x, -depth], [("axis", "far"), ("top", "bottom")], order)
     outline = rectangle((0.0, -size[1]), size, ("axis", "far", "bottom", "top"))
     return plane(outline, positive("h", h), order, refine)
-
-
-def _check_style(
-    h: float | None,
-    n: PerAxis[int] | None,
-    refine: Refine | None,
-    structured: bool,
-    grading: PerAxis[Grading] | None,
-) -> None:
-    """ValueError unless the parameters go together."""
-    choice("structured", structured, (True, False))
-    if (h is None) == (n is None):
-        raise bad("h, n", [h, n], "given one and not the other")
-    if structured and refine is not None:
-        raise bad("refine", refine, "left out of a structured mesh, which has grading")
-    if not structured and n is not None:
-        raise bad("n", n, "given with structured = true, otherwise h")
-    if not structured and grading is not None:
-        raise bad("grading", "…" if callable(grading) else grading, "given with structured = true, otherwise refine")
 
 
 def domed_block(

@@ -8,11 +8,13 @@ from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from meshes.gmsh_model import Part, session, triangulate
 from meshes.mesh import Mesh
 from meshes.parameters import bad, larger, number, positive
 from meshes.refine import Refine
+from meshes.structured import Grading, PerAxis, axes_of, check_style, grid
 
 
 class Side(NamedTuple):
@@ -53,21 +55,30 @@ def rectangle(corner: Sequence[float], size: Sequence[float], tags: Sequence[str
 
 
 def sector(inner: float, outer: float, angle: float) -> list[Side]:
-    """Outline of the sector inner ≤ r ≤ outer [m], 0 ≤ θ ≤ angle [degrees], 0 < angle < 360."""
-    inner = positive("inner", inner)
-    outer = larger("outer", outer, "inner", inner)
-    if not 0 < number("angle", angle) < 360:
-        raise bad("angle", angle, "between 0 and 360 degrees")
-    turns = np.linspace(0, angle, math.ceil(angle / 90) + 1)
-    # Written so that multiples of 90° give exact zeros.
-    ray = [(float(np.sin(np.deg2rad(90 - t))), float(np.sin(np.deg2rad(min(t, 180 - t, key=abs))))) for t in turns]
+    """Outline of the sector inner ≤ r ≤ outer [m], 0 ≤ θ ≤ angle [degrees]; of a disc where `inner` is 0."""
+    inner, outer, angle = _check_sector(inner, outer, angle)
+    ray = _rays(np.linspace(0, angle, math.ceil(angle / 90) + 1)).tolist()
     o = (0.0, 0.0)
     return [
         Side("start", (inner, 0.0)),
         *(Side("outer", (outer * c, outer * s), o) for c, s in ray[:-1]),
         Side("end", (outer * ray[-1][0], outer * ray[-1][1])),
-        *(Side("inner", (inner * c, inner * s), o) for c, s in ray[:0:-1]),
+        *(Side("inner", (inner * c, inner * s), o) for c, s in ray[:0:-1] if inner),
     ]
+
+
+def _check_sector(inner: float, outer: float, angle: float) -> tuple[float, float, float]:
+    if number("inner", inner) < 0:
+        raise bad("inner", inner, "zero or a positive number")
+    if not 0 < number("angle", angle) < 360:
+        raise bad("angle", angle, "between 0 and 360 degrees")
+    return float(inner), larger("outer", outer, "inner", inner), float(angle)
+
+
+def _rays(angles: NDArray[np.float64]) -> NDArray[np.float64]:
+    """cos and sin of angles [degrees], (…, 2), written so that multiples of 90° give exact zeros."""
+    turned = np.where(np.abs(180 - angles) < np.abs(angles), 180 - angles, angles)
+    return np.stack([np.sin(np.deg2rad(90 - angles)), np.sin(np.deg2rad(turned))], axis=-1)
 
 
 def disc(radius: float, h: float, order: int = 1, refine: Refine | None = None) -> Mesh:
@@ -96,19 +107,37 @@ def sphere_section(radius: float, h: float, order: int = 1, refine: Refine | Non
 
 
 def ring(
-    inner: float, outer: float, h: float, angle: float = 90.0, order: int = 1, refine: Refine | None = None
+    inner: float,
+    outer: float,
+    h: float | None = None,
+    angle: float = 90.0,
+    order: int = 1,
+    refine: Refine | None = None,
+    n: PerAxis[int] | None = None,
+    structured: bool = False,
+    grading: PerAxis[Grading] | None = None,
 ) -> Mesh:
     """The sector inner ≤ r ≤ outer [m] of a ring about the origin, from the x axis to `angle` [degrees].
 
-    Tags: ``inner``, ``outer``, ``start`` (θ = 0), ``end`` (θ = angle).
+    Tags: ``inner`` (none where it is 0: a sector of a disc), ``outer``, ``start`` (θ = 0), ``end`` (θ = angle).
+    Cells may lie on a polar grid, all of its nodes on circles: `structured`, `n` and `grading` are then those of `box`
+    for r and θ, and `h` the mean size along r and along the outer arc.
     """
-    return plane(sector(inner, outer, angle), h, order, refine)
+    check_style(h, n, refine, structured, grading)
+    if not structured:
+        return plane(sector(inner, outer, angle), positive("h", h), order, refine)
+    a, b, angle = _check_sector(inner, outer, angle)
+    if a == 0:
+        raise bad("inner", inner, "positive in a structured ring")
+    r, s = axes_of((b - a, b * np.deg2rad(angle)), h, n, grading)
+    flat = grid([a + r, s / s[-1] * angle], [("inner", "outer"), ("start", "end")], order)
+    return Mesh(flat.points[:, :1] * _rays(flat.points[:, 1]), flat.cells, flat.facets)
 
 
 def shell_section(inner: float, outer: float, h: float, order: int = 1, refine: Refine | None = None) -> Mesh:
     """The quarter section (r, z), z ≥ 0, of a spherical shell about the origin, radii [m].
 
-    Tags: ``inner``, ``outer``, ``axis`` (r = 0), ``equator`` (z = 0).
+    Tags: ``inner`` (none where it is 0: a ball), ``outer``, ``axis`` (r = 0), ``equator`` (z = 0).
     """
     names = {"start": "equator", "end": "axis"}
     outline = [side._replace(tag=names.get(side.tag, side.tag)) for side in sector(inner, outer, 90.0)]

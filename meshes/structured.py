@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from meshes.mesh import Mesh, face_table, faces_of
 from meshes.parameters import bad, choice, count, number, positive
+from meshes.refine import Refine
 from meshes.simplices import EDGES
 
 type Grading = float | Callable[[NDArray[np.float64]], NDArray[np.float64]]
@@ -23,6 +24,25 @@ def interval(length: float, n: int, order: int = 1, origin: float = 0.0) -> Mesh
     """`n` equal cells on [origin, origin + length] [m]; tags ``start`` and ``end``."""
     axis = number("origin", origin) + positive("length", length) * np.linspace(0, 1, count("n", n) + 1)
     return grid([axis], [("start", "end")], order)
+
+
+def check_style(
+    h: float | None,
+    n: PerAxis[int] | None,
+    refine: Refine | None,
+    structured: bool,
+    grading: PerAxis[Grading] | None,
+) -> None:
+    """ValueError unless the parameters of a shape that may be structured go together."""
+    choice("structured", structured, (True, False))
+    if (h is None) == (n is None):
+        raise bad("h, n", [h, n], "given one and not the other")
+    if structured and refine is not None:
+        raise bad("refine", refine, "left out of a structured mesh, which has grading")
+    if not structured and n is not None:
+        raise bad("n", n, "given with structured = true, otherwise h")
+    if not structured and grading is not None:
+        raise bad("grading", "…" if callable(grading) else grading, "given with structured = true, otherwise refine")
 
 
 def per_axis[T](key: str, value: PerAxis[T], axes: int) -> list[T]:
