@@ -21,7 +21,9 @@ from contact.scene import (
     LoadTable,
     MeshFile,
     MeshShape,
+    RegionTable,
     Scene,
+    SupportTable,
     Tension,
 )
 from contact.scene_devices import BeamTable
@@ -29,8 +31,10 @@ from contact.scene_surfaces import BodyPointTable, BodySurfaceTable, surface_of
 from contact.system import System
 from fem.body import Body
 from fem.elasticity import Elasticity
+from fem.foundation import Foundation
 from fem.integrators import ImplicitEuler, Integrator, Midpoint, Static
 from fem.loads import Load, Support
+from fem.regions import Regions
 from fem.rigid_body import RigidBody
 from fem.scalar import Laplacian
 from fem.space import Space
@@ -87,7 +91,7 @@ def _body(table: BodyTable, comm: Any, folder: Path, dynamic: bool) -> Body:
     if isinstance(material, Elastic) and dim != (3 if material.state == "3d" else 2):
         raise ValueError(f"body {table.name!r}: state = {material.state!r} does not fit a mesh of dimension {dim}")
     components = dim if table.kind in ("solid", "rigid") else 1
-    supports = [Support(s.tag, _component(table, s.component, components), field(s.value)) for s in table.supports]
+    supports = [_support(table, s, components) for s in table.supports]
     loads = [Load(load.kind, field(_load_value(table, load, components)), load.tag) for load in table.loads]
     motion: dict[str, Any] = {}
     if dynamic:
@@ -99,7 +103,8 @@ def _body(table: BodyTable, comm: Any, folder: Path, dynamic: bool) -> Body:
             "set time.integrator, or leave them out"
         )
     if table.kind == "rigid":
-        return RigidBody(table.name, Space(comm, mesh, components), supports, loads, table.guided, **motion)
+        rigid = [s for s in supports if isinstance(s, Support)]
+        return RigidBody(table.name, Space(comm, mesh, components), rigid, loads, table.guided, **motion)
     if isinstance(material, Elastic):
         mixed = material.formulation == "mixed"
         order = comm.bcast(None if mesh is None else mesh.order)
@@ -107,8 +112,8 @@ def _body(table: BodyTable, comm: Any, folder: Path, dynamic: bool) -> Body:
             raise ValueError(
                 f"body {table.name!r}: formulation = 'mixed' needs a second-order mesh, and not plane stress"
             )
-        model = Elasticity(material.E, material.nu, material.state, mixed)
-        return Body(table.name, Space(comm, mesh, components, mixed), model, supports, loads, **motion)
+        space = Space(comm, mesh, components, mixed)
+        return Body(table.name, space, _elasticity(table, material, space), supports, loads, **motion)
     assert isinstance(material, Tension)
     if dim != (2 if table.kind == "membrane" else 1):
         raise ValueError(f"body {table.name!r}: a {table.kind} does not have a mesh of dimension {dim}")
@@ -119,6 +124,36 @@ def _body(table: BodyTable, comm: Any, folder: Path, dynamic: bool) -> Body:
         # A spring is a bar with EA = k L.
         coefficient = material.k * comm.bcast(None if mesh is None else float(np.ptp(mesh.points)))
     return Body(table.name, Space(comm, mesh, 1), Laplacian(coefficient), supports, loads, frame, **motion)
+
+
+def _elasticity(table: BodyTable, material: Elastic, space: Space) -> Elasticity | Regions:
+    """Hooke's law of the whole body, or of each region; ValueError where cells have no law or two. Collective."""
+
+    def law(moduli: Elastic | RegionTable) -> Elasticity:
+        assert moduli.E is not None
+        assert moduli.nu is not None
+        return Elasticity(moduli.E, moduli.nu, material.state, material.formulation == "mixed")
+
+    if not material.regions:
+        return law(material)
+    known, laws = space.piece.regions, np.zeros(len(space.piece.cells), dtype=np.int64)
+    for name in material.regions:
+        if name not in known:
+            names = ", ".join(sorted(known)) or "none"
+            raise ValueError(
+                f"body {table.name!r}: material.regions.{name}: its mesh has no such region (it has: {names})"
+            )
+        laws[known[name]] += 1
+    none, two = space.comm.allreduce(np.array([np.sum(laws == 0), np.sum(laws > 1)]))
+    if two:
+        raise ValueError(f"body {table.name!r}: material.regions: {two} cells are in two of them")
+    if none and material.E is None:
+        raise ValueError(
+            f"body {table.name!r}: material.regions: {none} cells are in none of {', '.join(material.regions)}: "
+            "E and nu must be given for them"
+        )
+    parts = [(law(moduli), known[name]) for name, moduli in material.regions.items()]
+    return Regions([*parts, (law(material), np.flatnonzero(laws == 0))] if none else parts)
 
 
 def _mesh(table: BodyTable, folder: Path) -> Mesh:
@@ -148,6 +183,14 @@ def _load_value(table: BodyTable, load: LoadTable, components: int) -> Any:
     if not callable(load.value) and given != wanted:
         raise ValueError(f"body {table.name!r}: {load.kind} load: value = {load.value!r}: must have {wanted} entries")
     return load.value
+
+
+def _support(table: BodyTable, support: SupportTable, components: int) -> Support | Foundation:
+    if support.stiffness is None:
+        return Support(support.tag, _component(table, support.component, components), field(support.value))
+    if support.component == "normal":
+        return Foundation(support.tag, support.stiffness, "normal")
+    return Foundation(support.tag, support.stiffness, _component(table, support.component, components))
 
 
 def _component(table: BodyTable, name: str | None, components: int) -> int | None:

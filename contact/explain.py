@@ -47,9 +47,21 @@ def _body(body: BodyTable, dynamic: bool) -> list[str]:
     kind = body.material.formulation if isinstance(body.material, Elastic) else body.kind
     matrices = "mass and stiffness matrix" if dynamic else "stiffness matrix"
     return [
-        f"body {body.name!r}: one {matrices} ({kind}), factorised once{' per step length' if dynamic else ''}",
+        f"body {body.name!r}: one {matrices} ({kind}{_regions(body)}), "
+        f"factorised once{' per step length' if dynamic else ''}",
         f"body {body.name!r}: {len(body.supports)} support(s), {len(body.loads)} load(s)",
+        *(
+            f"body {body.name!r}: springs on {s.tag} ({s.component or 'all directions'}), in its stiffness matrix"
+            for s in body.supports
+            if s.stiffness is not None
+        ),
     ]
+
+
+def _regions(body: BodyTable) -> str:
+    """The regions that have materials of their own, in words."""
+    names = list(body.material.regions) if isinstance(body.material, Elastic) else []
+    return f" of {', '.join(names)}" if names else ""
 
 
 def _beam(body: BeamTable, dynamic: bool) -> list[str]:

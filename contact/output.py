@@ -14,7 +14,7 @@ from contact.record import Grid, StepData
 from contact.step import StepResult
 from contact.system import System
 from fem.body import Body
-from fem.elasticity import Elasticity
+from fem.model import Stressed
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -98,7 +98,7 @@ class Gatherer:
         """The record's row for a step, on rank 0."""
         bodies, result = self.system.bodies, accepted.result
         displacement = self.nodes({b: _in_space(b.displacement) for b in bodies})
-        elastic = any(isinstance(b.model, Elasticity) for b in bodies)
+        elastic = any(isinstance(b.model, Stressed) for b in bodies)
         stress = self.cells({b: _stress(b) for b in bodies}) if elastic else None
         checkpoint = self._checkpoint(result.lam)
         if displacement is None:
@@ -213,7 +213,7 @@ def _in_space(x: Floats) -> Floats:
 def _stress(body: Body) -> Floats:
     """σ of each cell as xx, yy, zz, xy, yz, xz, (m, 6) [Pa]; zero where a body has no such stress."""
     piece = body.space.piece
-    if not isinstance(body.model, Elasticity):
+    if not isinstance(body.model, Stressed):
         return np.zeros((len(piece.cells), 6))
     sigma, _ = body.model.stress(piece.points, piece.cells, body.u[body.space.cell_dofs])
     return sigma[:, [0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]]

@@ -42,15 +42,35 @@ class MeshShape(BaseModel):
     shape: Name
 
 
-class Elastic(Table):
-    """Isotropic linear elasticity."""
+Ratio = Annotated[float, Field(gt=-1, lt=0.5)]
+
+
+class RegionTable(Table):
+    """The moduli of a region of the mesh."""
 
     E: Positive = Field(description="Young's modulus [Pa]")
-    nu: Annotated[float, Field(gt=-1, lt=0.5)] = Field(description="Poisson's ratio")
+    nu: Ratio = Field(description="Poisson's ratio")
+
+
+class Elastic(Table):
+    """Isotropic linear elasticity: E and nu of the whole body, or of its regions, or of what these leave."""
+
+    E: Positive | None = Field(None, description="Young's modulus [Pa]")
+    nu: Ratio | None = Field(None, description="Poisson's ratio")
+    regions: dict[Name, RegionTable] = Field({}, description="by the mesh's name for it, E and nu of each region")
     state: Literal["plane-strain", "plane-stress", "axisymmetric", "3d"] = Field(description="which strains exist")
     formulation: Literal["displacement", "mixed"] = Field(
         "displacement", description="mixed: Taylor–Hood displacement–pressure, free of locking near nu = 1/2"
     )
+
+    @model_validator(mode="after")
+    def _moduli(self) -> Elastic:
+        for key, value, other in (("E", self.E, self.nu), ("nu", self.nu, self.E)):
+            if value is None and (other is not None or not self.regions):
+                raise ValueError(f"{key}: missing, must be given" + (", or regions" if other is None else ""))
+        if self.regions and self.formulation == "mixed":
+            raise ValueError("formulation = 'mixed': must be 'displacement' with regions, across which pressures jump")
+        return self
 
 
 class Tension(Table):
@@ -84,13 +104,24 @@ Material = Annotated[
 
 
 class SupportTable(Table):
-    """Prescribed displacement of a tagged part."""
+    """Prescribed displacement of a tagged part, or an elastic (Winkler) surrounding of it."""
 
     tag: Name
-    component: Component | None = Field(None, description="one direction; all of them where left out")
+    component: Component | Literal["normal"] | None = Field(
+        None, description="one direction, or of an elastic surrounding the normal; all of them where left out"
+    )
     value: Value = Field(0.0, description="displacement [m], a number or an expression in x, y, z [m] and t [s]")
+    stiffness: Positive | None = Field(None, description="of an elastic surrounding [Pa/m]")
 
     _value = field_validator("value")(check_value)
+
+    @model_validator(mode="after")
+    def _kind(self) -> SupportTable:
+        if self.stiffness is not None and self.value != 0.0:
+            raise ValueError(f"value = {self.value!r}: an elastic surrounding (stiffness) stands still")
+        if self.stiffness is None and self.component == "normal":
+            raise ValueError("component = 'normal': only of an elastic surrounding, with a stiffness")
+        return self
 
 
 class LoadTable(Table):
@@ -146,6 +177,8 @@ class BodyTable(Table):
             given = tuple(key for key in ("EA", "k", "T") if getattr(self.material, key) is not None)
         if given != needs:
             raise ValueError(f"material: a {self.kind} takes {' '.join(needs) or 'none'}")
+        if self.kind != "solid" and any(support.stiffness is not None for support in self.supports):
+            raise ValueError(f"supports: stiffness: only a solid has an elastic surrounding, not a {self.kind}")
         if self.guided and self.kind != "rigid":
             raise ValueError(f"guided = true: only a rigid body is guided, not a {self.kind}")
         return self

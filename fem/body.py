@@ -11,6 +11,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fem.factor import Factor
+from fem.foundation import Foundation, OnFoundation
 from fem.inertia import Dynamics, Inertia
 from fem.integrators import Integrator, Static
 from fem.iteration_matrix import IterationMatrices
@@ -33,7 +34,7 @@ class Body:
     name : names it in scenes, messages and records
     space, model : unknowns and material
     frame : (components, D), the direction in space of each displacement component; None where they are the axes
-    supports, loads : what holds it and what acts on it
+    supports, loads : what holds it (rigidly, or as a `Foundation`, by springs) and what acts on it
     density, mass, rayleigh, velocity, displacement : what it brings to dynamics, see `fem.inertia.Dynamics`
 
     Attributes
@@ -54,13 +55,13 @@ class Body:
         name: str,
         space: Space,
         model: Model,
-        supports: Sequence[Support] = (),
+        supports: Sequence[Support | Foundation] = (),
         loads: Sequence[Load] = (),
         frame: Floats | None = None,
         **dynamics: Any,
     ) -> None:
         self.name, self.space, self.model = name, space, model
-        self.supports, self.loads = list(supports), list(loads)
+        self.supports, self.loads = [s for s in supports if isinstance(s, Support)], list(loads)
         self.frame = np.eye(space.dim) if frame is None else np.asarray(frame, dtype=float)
         if len(self.frame) != space.components:
             raise ValueError(f"body {name!r}: frame has {len(self.frame)} directions for {space.components} components")
@@ -83,10 +84,14 @@ class Body:
         self.inertia: Inertia | None = None
         self.load = np.zeros(space.owned)
         self._loaded_at: float | None = None
-        self._supports = Supports(name, space, self.facets, supports)
+        self._supports = Supports(name, space, self.facets, self.supports)
         self.fixed = self._supports.fixed
         R = self.rigid_modes()
-        self.modes = floating_modes(space.comm, R, self.fixed)
+        resisted = np.zeros((R.shape[1], R.shape[1]))
+        if springs := [s for s in supports if isinstance(s, Foundation)]:
+            self.model = founded = OnFoundation(name, model, space, springs, self.facets)
+            resisted = founded.gram(space, R)
+        self.modes = floating_modes(space.comm, R, self.fixed, resisted)
         self.pins = pin(space.comm, self.modes)
         self._matrices = IterationMatrices(space, R)
         self._factor: Factor | None = None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,3 +27,11 @@ class Model(Protocol):
 
     def forces(self, points: Floats, cells: Ints, u: Floats) -> Floats:
         """Internal forces of cells (m, n) at their unknowns u (m, n)."""
+
+
+@runtime_checkable
+class Stressed(Model, Protocol):
+    """A material with a stress tensor."""
+
+    def stress(self, points: Floats, cells: Ints, u: Floats) -> tuple[Floats, Floats]:
+        """Cell averages of σ as a full tensor, (m, 3, 3) [Pa], and the cells' volumes (m)."""

@@ -41,10 +41,13 @@ def rigid_modes(space: Space, axisymmetric: bool) -> Floats:
     return R
 
 
-def floating_modes(comm: Any, R: Floats, fixed: NDArray[np.bool_]) -> Floats:
-    """The combinations of R that vanish where displacements are prescribed, (owned, m)."""
+def floating_modes(comm: Any, R: Floats, fixed: NDArray[np.bool_], resisted: Floats | float = 0.0) -> Floats:
+    """The combinations of R that vanish where displacements are prescribed, (owned, m).
+
+    `resisted` (m, m) is their energy, in any unit, in springs that the body stands on.
+    """
     gram = comm.allreduce(R.T @ R)
-    held = comm.allreduce(R[fixed].T @ R[fixed])
+    held = comm.allreduce(R[fixed].T @ R[fixed]) + resisted
     # Both are small; a mode is held if it moves the supports by more than round-off of its own size.
     values, vectors = sl.eigh(held, gram)
     modes: Floats = R @ vectors[:, values < 1e-12 * max(values.max(initial=0.0), 1 / len(gram) * 1e-3)]

@@ -66,6 +66,50 @@ SCENES: dict[str, tuple[str, list[str]]] = {
     "negative stiffness": (changed("E = 1.0", "E = -2.0"), ["body[0].material.E", "-2.0", "greater than 0"]),
     "infinite stiffness": (changed("E = 1.0", "E = inf"), ["body[0].material.E", "inf"]),
     "incompressible": (changed("nu = 0.3", "nu = 0.5"), ["body[0].material.nu", "0.5", "less than 0.5"]),
+    "moduli without one": (changed("E = 1.0, ", ""), ["body[0].material", "E", "missing"]),
+    "no moduli": (changed("E = 1.0, nu = 0.3, ", ""), ["body[0].material", "E", "missing", "regions"]),
+    "a region that the mesh has not": (
+        changed("nu = 0.3", "nu = 0.3, regions = { media = { E = 1.0, nu = 0.3 } }"),
+        ["'block'", "regions.media", "none"],
+    ),
+    "negative stiffness of a region": (
+        changed("nu = 0.3", "nu = 0.3, regions = { media = { E = -1.0, nu = 0.3 } }"),
+        ["body[0].material.regions.media.E", "-1.0", "greater than 0"],
+    ),
+    "mixed regions": (
+        changed("nu = 0.3", 'nu = 0.3, formulation = "mixed", regions = { media = { E = 1.0, nu = 0.3 } }'),
+        ["body[0].material", "'mixed'", "'displacement'"],
+    ),
+    "negative surrounding": (
+        changed(SUPPORTS, 'supports = [{ tag = "left", stiffness = -3.0 }]'),
+        ["body[0].supports[0].stiffness", "-3.0", "greater than 0"],
+    ),
+    "normal without a surrounding": (
+        changed('component = "x"', 'component = "normal"'),
+        ["body[0].supports[0]", "'normal'", "stiffness"],
+    ),
+    "surrounding that moves": (
+        changed('component = "x"', "value = 0.1, stiffness = 1.0"),
+        ["body[0].supports[0]", "value = 0.1", "stiffness"],
+    ),
+    "surrounding on an unknown tag": (
+        changed('tag = "left", component = "x"', 'tag = "lefft", stiffness = 1.0'),
+        ["'block'", "'lefft'", "left"],
+    ),
+    "surrounding along a wrong component": (
+        changed('component = "x"', 'component = "z", stiffness = 1.0'),
+        ["'block'", "component = 'z'", "x, y"],
+    ),
+    "wall of one layer": (
+        changed(
+            MESH, 'mesh = { shape = "tube-wall", radius = 1.0, thickness = 0.1, length = 1.0, h = 1.0, layers = 1 }'
+        ),
+        ["'block'", "'tube-wall'", "layers = 1", "at least 2"],
+    ),
+    "wall along no file": (
+        changed(MESH, 'mesh = { shape = "vessel-wall", centreline = "no.swc", scale = 1.0, ratio = 0.1, h = 1.0 }'),
+        ["'block'", "'vessel-wall'", "no.swc", "no such file"],
+    ),
     "unknown state": (changed("plane-strain", "flat"), ["body[0].material.state", "'flat'", "'plane-strain'"]),
     "state of another dimension": (changed("plane-strain", "3d"), ["'block'", "'3d'", "dimension 2"]),
     "no material": (changed(MATERIAL, ""), ["body[0]", "E, nu and state"]),

@@ -20,7 +20,7 @@ COARSE: dict[str, float] = {
     "string": 1 / 20, "plug": 1 / 4, "ball-shell": 1 / 8, "bar-stop": 1 / 8, "duplicated": 1 / 8, "opposed": 1 / 8,
     "two-bars": 1.0, "v-groove": 1.0, "cantilever-floor": 1 / 16, "heavy-beam": 1 / 16, "beam-stop": 1 / 20,
     "column-walls": 1 / 8, "dawson-paslay": 0.45, "wire-tube": 0.3 / 20, "helix-tube": 1.6, "coil-tube": 0.4,
-    "spring-surface": 1.0, "ball-drop": 1.0, "bouncing-bar": 1.0, "hanging-bar": 1 / 20,
+    "layered-tube": 0.6, "spring-surface": 1.0, "ball-drop": 1.0, "bouncing-bar": 1.0, "hanging-bar": 1 / 20,
 }  # fmt: skip
 
 # Nothing touches in their last state.
@@ -31,6 +31,7 @@ REFUSED = {
     ("two-bars", "vi-primal"): "several entries",
     ("plug", "vi-primal"): "several entries",
     ("ball-shell", "vi-primal"): "several entries",
+    ("layered-tube", "vi-primal"): "several entries",
     ("receding", "vi-primal"): "supported bodies",
     ("v-groove", "vi-primal"): "supported bodies",
     ("v-groove", "kkt"): "matrices behind W",

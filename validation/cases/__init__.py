@@ -13,6 +13,7 @@ from validation.cases import (
     rods,
     spheres,
     tubes,
+    walls,
 )
 
 __all__ = [
@@ -28,4 +29,5 @@ __all__ = [
     "rods",
     "spheres",
     "tubes",
+    "walls",
 ]

@@ -65,7 +65,7 @@ class Plug:
         return -self.p * (1 + self.nu1) * (1 - 2 * self.nu1) / self.E1 * as_points(points, 2)
 
     def _radial(self, r: Floats, pressure: float) -> Floats:
-        return _tube(r, self.E, self.nu, self.b, self.c, inner=pressure, outer=0.0)
+        return tube(r, self.E, self.nu, self.b, self.c, inner=pressure, outer=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -179,10 +179,10 @@ class ShrinkFit:
         return points * (self._outer(r, self.p) / r)[:, None]
 
     def _inner(self, r: Floats, pressure: float) -> Floats:
-        return _tube(r, self.E1, self.nu1, self.a, self.b, inner=0.0, outer=pressure)
+        return tube(r, self.E1, self.nu1, self.a, self.b, inner=0.0, outer=pressure)
 
     def _outer(self, r: Floats, pressure: float) -> Floats:
-        return _tube(r, self.E2, self.nu2, self.b, self.c, inner=pressure, outer=0.0)
+        return tube(r, self.E2, self.nu2, self.b, self.c, inner=pressure, outer=0.0)
 
 
 def _core(E1: float, nu1: float) -> None:
@@ -191,7 +191,7 @@ def _core(E1: float, nu1: float) -> None:
         elastic(E=E1, nu=nu1, body="1")
 
 
-def _tube(r: Floats, E: float, nu: float, b: float, c: float, *, inner: float, outer: float) -> Floats:
+def tube(r: Floats, E: float, nu: float, b: float, c: float, *, inner: float, outer: float) -> Floats:
     """u_r of the tube b < r < c in plane strain under the pressures `inner` and `outer` (Lamé)."""
     uniform = (1 - 2 * nu) * (inner * b**2 - outer * c**2) * r
     return (1 + nu) / (E * (c**2 - b**2)) * (uniform + (inner - outer) * b**2 * c**2 / r)
