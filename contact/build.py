@@ -223,7 +223,7 @@ def _pairs(table: ContactTable, bodies: dict[str, Any], folder: Path) -> list[Pa
             raise ValueError(f"contact {table.name!r}: surface.kind = 'body': not of a beam")
         return [device_contact(table, body, surface_of(table.surface, folder)) for _ in range(table.copies)]
     if isinstance(table.surface, BodySurfaceTable):
-        raise ValueError(f"contact {table.name!r}: surface.kind = 'body': not there yet")
+        return [_between(table, table.tag, table.surface, bodies) for _ in range(table.copies)]
     points = {"nodal": nodal, "mortar": mortar}[table.constraint](body, table.tag)
     _check_dimensions(table, body.frame.shape[1])
     return [_pair(table, points, bodies, folder) for _ in range(table.copies)]
@@ -238,6 +238,15 @@ def _pair(table: ContactTable, points: ContactPoints, bodies: dict[str, Body], f
         return FiniteSliding(table.name, points, obstacle, table.interference)
     direction = None if table.direction is None else np.array(table.direction)
     return SmallSliding(table.name, points, obstacle, direction, table.interference)
+
+
+def _between(table: ContactTable, tag: str, surface: BodySurfaceTable, bodies: dict[str, Body]) -> Pair:
+    """The contact of two bodies' facets."""
+    from contact.facets import Facets
+    from contact.mortar import MortarContact, sides  # compiled kernels: only where bodies touch each other
+
+    both = sides(Facets(bodies[table.body], tag), Facets(bodies[surface.body], surface.tag), table.side)
+    return MortarContact(table.name, *both, table.multiplier, table.sliding == "finite", table.interference)
 
 
 def _check_dimensions(table: ContactTable, D: int) -> None:
