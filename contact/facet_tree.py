@@ -64,7 +64,7 @@ def _meets(
     if axial - half - radius > reach or axial + half + radius < -depth:
         return False
     allowed = radius + widening * max(reach, depth) + np.sqrt(square)
-    return across - axial * axial <= allowed * allowed * (1.0 + 1e-9)
+    return bool(across - axial * axial <= allowed * allowed * (1.0 + 1e-9))
 
 
 @njit(cache=True)
@@ -91,9 +91,7 @@ def _search(
         while top:
             top -= 1
             node = stack[top]
-            if not _meets(
-                node_low[node], node_high[node], centres[i], radii[i], axes[i], widening[i], reach, depth
-            ):
+            if not _meets(node_low[node], node_high[node], centres[i], radii[i], axes[i], widening[i], reach, depth):
                 continue
             if node < leaves:
                 stack[top], stack[top + 1] = 2 * node, 2 * node + 1

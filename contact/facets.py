@@ -5,13 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
-from petsc4py import PETSc
 
 from fem.body import Body
 from fem.elements import order_of, quadrature, shape, shape_gradient
-from fem.space import Space
 from meshes.simplices import EDGES
 
 Floats = NDArray[np.float64]
@@ -73,7 +70,7 @@ class Facets:
     def areas(self) -> Floats:
         """Undeformed area of each facet, (f) [m^(D−1)]."""
         xi, w = quadrature(self.dim, 4)
-        _, size = _normals(np.einsum("qad,fak->fqdk", shape_gradient(xi, self.order), self.X))
+        _, size = normals_of(np.einsum("qad,fak->fqdk", shape_gradient(xi, self.order), self.X))
         areas: Floats = size @ w
         return areas
 
@@ -90,14 +87,17 @@ class Facets:
         keeps its own.
         """
         corners = np.vstack([np.zeros(self.dim), np.eye(self.dim)])
-        nodes = corners if self.order == 1 else np.vstack([corners, *[corners[[e]].mean(1) for e in map(list, EDGES[self.dim])]])
-        own, _ = _normals(np.einsum("qad,fak->fqdk", shape_gradient(nodes, self.order), x))
+        nodes = corners
+        if self.order == 2:
+            nodes = np.vstack([corners, corners[np.array(EDGES[self.dim])].mean(axis=1)])
+        own, _ = normals_of(np.einsum("qad,fak->fqdk", shape_gradient(nodes, self.order), x))
         total = np.zeros((len(self._numbers), x.shape[2]))
         np.add.at(total, self._nodes, own)
         mean = total / np.maximum(np.linalg.norm(total, axis=1), 1e-300)[:, None]
         mean = mean[self._nodes]
         smooth = np.einsum("fkd,fkd->fk", own, mean) > SHARP
-        return np.where(smooth[:, :, None], mean, own)
+        normals: Floats = np.ascontiguousarray(np.where(smooth[:, :, None], mean, own))
+        return normals
 
     def pieces(self, x: Floats) -> tuple[Floats, Floats]:
         """Flat pieces of deformed facets x, one where all are straight: reference (s, D, D − 1), true (f, s, D, D)."""
@@ -113,7 +113,7 @@ class Facets:
             reference = np.stack([*tips, middle])
         values = shape(reference.reshape(-1, self.dim), self.order)
         true = np.einsum("qk,fkd->fqd", values, x).reshape(len(x), *reference.shape[:2], x.shape[2])
-        return reference, true
+        return np.ascontiguousarray(reference), np.ascontiguousarray(true)
 
 
 def bulge(x: Floats, dim: int) -> Floats:
@@ -126,7 +126,7 @@ def bulge(x: Floats, dim: int) -> Floats:
     return size
 
 
-def _normals(tangents: Floats) -> tuple[Floats, Floats]:
+def normals_of(tangents: Floats) -> tuple[Floats, Floats]:
     """Unit normals from tangents (f, q, d, D), and area elements (f, q)."""
     if tangents.shape[3] == 2:
         n = np.stack([tangents[:, :, 0, 1], -tangents[:, :, 0, 0]], axis=-1)
@@ -134,20 +134,3 @@ def _normals(tangents: Floats) -> tuple[Floats, Floats]:
         n = np.cross(tangents[:, :, 0], tangents[:, :, 1])
     size = np.linalg.norm(n, axis=-1)
     return n / size[..., None], size
-
-
-def owned_rows(space: Space, count: int, rows: Ints, unknowns: Ints, values: Floats) -> sp.csr_array:
-    """The matrix (count, owned) that sums `values` at (rows, global unknowns) over the ranks. Collective.
-
-    PETSc sends entries to the owners of their unknowns.
-    """
-    if space.comm.size == 1:
-        return sp.csr_array((values, (rows, unknowns)), shape=(count, space.owned))
-    Ht = PETSc.Mat().create(space.comm)
-    Ht.setSizes(((space.owned, space.size), (PETSc.DECIDE, count)))
-    Ht.setType("aij")
-    Ht.setPreallocationCOO(unknowns.astype(PETSc.IntType), rows.astype(PETSc.IntType))
-    Ht.setValuesCOO(values)
-    pointer, indices, data = Ht.getValuesCSR()
-    Ht.destroy()
-    return sp.csr_array((data, indices, pointer), shape=(space.owned, count)).T.tocsr()

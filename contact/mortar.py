@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contact.facet_tree import FacetTree
-from contact.facets import Facets, bulge, owned_rows
+from contact.facets import Facets, bulge, normals_of
 from contact.mortar_kernel import integrate
 from contact.pairs import Constraints, Recorded, check_interference
-from contact.rows import Rows, SparseRows
+from contact.rows import Rows, SparseRows, owned_rows
 from fem.body import Body
 from fem.elements import quadrature
 
@@ -52,11 +52,10 @@ class MortarContact:
     Parameters
     ----------
     facets, others : of the side that carries multipliers, and of the other one
-    multiplier : ``vertex``: δ_i is the mean with the hat function ψ_i, which is positive: where δ ≥ 0 no gap is
-        negative on the mean of any vertex; the choice for pressures that drop to zero. ``dual``: with the dual basis φ_i,
-        ∫φ_i ψ_j = δ_ij ∫ψ_j on each facet's part that looks at the other: on first-order facets the multiplier's mass
-        matrix becomes diagonal, so that W is closer to diagonal and a vertex's force acts on that vertex's own gap;
-        φ_i is negative on a part of its support, and the bound of the pressure holds in the mean only.
+    multiplier : ``vertex``: hat functions ψ_i, which are positive, so that p_h ≥ 0 everywhere; the choice by default.
+        ``dual``: the dual basis φ_i in place of ψ_i, with ∫φ_i ψ_j = δ_ij ∫ψ_j on the part of each facet that looks at
+        the other. On first-order facets a force then acts on one vertex of its side and W is closer to diagonal, which
+        damps oscillations of the pressure; but φ_i is negative on a part of its support, so that p_h may be.
     finite : whether pairing and normals follow the motion. The first pass of a step takes them from the last accepted
         state, later ones from the present state.
     interference : how deep [m] the bodies may start in each other
@@ -216,11 +215,11 @@ class MortarContact:
         points, weights = quadrature(side.dim, DEGREE[side.dim])
         covered, area, gram, gap, mean, own, across = integrate(
             pairs,
-            x,
+            np.ascontiguousarray(x),
             side.normals(x),
             pieces,
             corners,
-            y,
+            np.ascontiguousarray(y),
             pieces_m,
             corners_m,
             points,
@@ -258,14 +257,14 @@ class MortarContact:
         centres = x[:, :D].mean(axis=1)
         radii = np.linalg.norm(x - centres[:, None], axis=2).max(axis=1, initial=0.0) + bulge(x, self.facets.dim)
         edges = corners[:, :, 1:] - corners[:, :, :1]
-        n = np.stack([edges[..., 0, 1], -edges[..., 0, 0]], -1) if D == 2 else np.cross(edges[..., 0, :], edges[..., 1, :])
-        n /= np.linalg.norm(n, axis=-1)[..., None]
+        n, _ = normals_of(edges)
         axes = n.sum(axis=1)
         axes /= np.linalg.norm(axes, axis=1)[:, None]
         # A piece's own normal leaves the facet's axis by the sine of their angle
         widening = np.linalg.norm(n - axes[:, None], axis=2).max(axis=1, initial=0.0)
         pairs = tree.along(centres, radii, axes, widening, self.reach, self.depth)
-        return pairs + [mine.start, 0]
+        pairs[:, 0] += mine.start
+        return pairs
 
 
 def sides(first: Facets, second: Facets, choice: str) -> tuple[Facets, Facets]:
@@ -303,7 +302,7 @@ def _entries(rows: Ints, first: Ints, values: Floats) -> tuple[Ints, Ints, Float
 
 
 def _nearest(facet: Ints, covered: Floats, gap: Floats, area: Floats, whole: float) -> NDArray[np.bool_]:
-    """The pairs to keep: where a facet looks at several layers, the nearest that cover it; none that it does not see."""
+    """The pairs to keep: those that see each other; of several layers that a facet sees the nearest that cover it."""
     seen = covered > 0
     crowded = np.bincount(facet, covered, minlength=1)[facet] > whole * (1 + 1e-6) if len(facet) else seen
     if not crowded.any():

@@ -56,16 +56,33 @@ def _shape(k: int, xi: Floats, N: Floats, dN: Floats) -> None:
 
 
 @njit(cache=True)
-def _map(x: Floats, N: Floats, dN: Floats, at: Floats, tangents: Floats) -> None:
-    """The place Σ N x of a facet's point, and its tangents there."""
-    k, D = x.shape
+def _map(x: Floats, f: int, N: Floats, dN: Floats, at: Floats, tangents: Floats) -> None:
+    """The place Σ N x of a point of facet f, and its tangents there."""
+    _, k, D = x.shape
     at[:] = 0.0
     tangents[:] = 0.0
     for a in range(k):
         for d in range(D):
-            at[d] += N[a] * x[a, d]
+            at[d] += N[a] * x[f, a, d]
             for j in range(D - 1):
-                tangents[j, d] += dN[a, j] * x[a, d]
+                tangents[j, d] += dN[a, j] * x[f, a, d]
+
+
+@njit(cache=True)
+def _dot(a: Floats, b: Floats) -> float:
+    """a·b."""
+    total = 0.0
+    for d in range(len(a)):
+        total += a[d] * b[d]
+    return total
+
+
+@njit(cache=True)
+def _product(a: Floats, b: Floats, c: Floats) -> None:
+    """c = a × b."""
+    c[0] = a[1] * b[2] - a[2] * b[1]
+    c[1] = a[2] * b[0] - a[0] * b[2]
+    c[2] = a[0] * b[1] - a[1] * b[0]
 
 
 @njit(cache=True)
@@ -73,45 +90,37 @@ def _cross(t: Floats, n: Floats) -> float:
     """The normal of the tangents' plane into `n`, and the size of the area element."""
     if len(n) == 2:
         n[0], n[1] = t[0, 1], -t[0, 0]
-        size = np.sqrt(n[0] * n[0] + n[1] * n[1])
     else:
-        n[0] = t[0, 1] * t[1, 2] - t[0, 2] * t[1, 1]
-        n[1] = t[0, 2] * t[1, 0] - t[0, 0] * t[1, 2]
-        n[2] = t[0, 0] * t[1, 1] - t[0, 1] * t[1, 0]
-        size = np.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
+        _product(t[0], t[1], n)
+    size = np.sqrt(_dot(n, n))
     for d in range(len(n)):
         n[d] /= size
-    return size
+    return float(size)
 
 
 @njit(cache=True)
-def _meet(x: Floats, at: Floats, n: Floats, xi: Floats, N: Floats, dN: Floats, y: Floats, t: Floats) -> float:
-    """The gap g along n from `at` to the facet x, whose point ξ, N and y become; Newton's method from ξ."""
-    k, D = x.shape
+def _meet(x: Floats, f: int, at: Floats, n: Floats, xi: Floats, N: Floats, dN: Floats, y: Floats, t: Floats) -> float:
+    """The gap g along n from `at` to facet f, whose point ξ, N and y become; Newton's method from ξ."""
+    _, k, D = x.shape
     a, b = xi[0], xi[-1]
-    g = 0.0
+    spare = np.empty(3)
     for _ in range(NEWTON):
         _shape(k, xi, N, dN)
-        _map(x, N, dN, y, t)
-        # (y − at) + t δ = g n, solved for δ along the facet and g
+        _map(x, f, N, dN, y, t)
+        # (y − at) + t δ = g n, solved for δ along the facet
         if D == 2:
             rx, ry = at[0] - y[0], at[1] - y[1]
             det = t[0, 1] * n[0] - t[0, 0] * n[1]
             step = (ry * n[0] - rx * n[1]) / det
-            g = (ry * t[0, 0] - rx * t[0, 1]) / det
             xi[0] += step
             size = abs(step)
         else:
             rx, ry, rz = at[0] - y[0], at[1] - y[1], at[2] - y[2]
-            ux, uy, uz = t[1, 1] * n[2] - t[1, 2] * n[1], t[1, 2] * n[0] - t[1, 0] * n[2], t[1, 0] * n[1] - t[1, 1] * n[0]
-            det = t[0, 0] * ux + t[0, 1] * uy + t[0, 2] * uz
-            first = (rx * ux + ry * uy + rz * uz) / det
-            ux, uy, uz = n[1] * t[0, 2] - n[2] * t[0, 1], n[2] * t[0, 0] - n[0] * t[0, 2], n[0] * t[0, 1] - n[1] * t[0, 0]
-            second = (rx * ux + ry * uy + rz * uz) / det
-            wx = t[0, 1] * t[1, 2] - t[0, 2] * t[1, 1]
-            wy = t[0, 2] * t[1, 0] - t[0, 0] * t[1, 2]
-            wz = t[0, 0] * t[1, 1] - t[0, 1] * t[1, 0]
-            g = -(rx * wx + ry * wy + rz * wz) / (n[0] * wx + n[1] * wy + n[2] * wz)
+            _product(t[1], n, spare)
+            det = _dot(t[0], spare)
+            first = (rx * spare[0] + ry * spare[1] + rz * spare[2]) / det
+            _product(n, t[0], spare)
+            second = (rx * spare[0] + ry * spare[1] + rz * spare[2]) / det
             xi[0] += first
             xi[1] += second
             size = max(abs(first), abs(second))
@@ -120,7 +129,7 @@ def _meet(x: Floats, at: Floats, n: Floats, xi: Floats, N: Floats, dN: Floats, y
     if not (abs(xi[0] - a) < 1.0 and abs(xi[-1] - b) < 1.0):
         xi[0], xi[-1] = a, b  # no foot near: the point found by projection
     _shape(k, xi, N, dN)
-    _map(x, N, dN, y, t)
+    _map(x, f, N, dN, y, t)
     g = 0.0
     for d in range(D):
         g += n[d] * (y[d] - at[d])
@@ -190,39 +199,42 @@ def integrate(
     mean, own, other = np.zeros((P, d, D)), np.zeros((P, d, ks, D)), np.zeros((P, d, km, D))
     N, dN, M, dM = np.empty(ks), np.empty((ks, D - 1)), np.empty(km), np.empty((km, D - 1))
     x, y, n, t, tm = np.empty(D), np.empty(D), np.empty(D), np.empty((D - 1, D)), np.empty((D - 1, D))
-    e, em, flat, flat_m = np.empty((D - 1, D)), np.empty((D - 1, D)), np.empty(D), np.empty(D)
+    e, em, flat, flat_m, r = np.empty((D - 1, D)), np.empty((D - 1, D)), np.empty(D), np.empty(D), np.empty(D)
     q, polygon, spare = np.empty((d, D - 1)), np.empty((12, 2)), np.empty((12, 2))
     z, s, xi, eta, psi = np.empty(D - 1), np.empty(D - 1), np.empty(D - 1), np.empty(D - 1), np.empty(d)
     for p in range(P):
         f, h = pairs[p, 0], pairs[p, 1]
         for a in range(len(pieces)):
             for j in range(D - 1):
-                e[j] = corners[f, a, j + 1] - corners[f, a, 0]
+                for k in range(D):
+                    e[j, k] = corners[f, a, j + 1, k] - corners[f, a, 0, k]
             size = _cross(e, flat)
             if D == 2:
                 scale = abs(pieces[a, 1, 0] - pieces[a, 0, 0])
-                guu, guv, gvv, det = (e[0] * e[0]).sum(), 0.0, 1.0, (e[0] * e[0]).sum()
+                guu, guv, gvv, det = size * size, 0.0, 1.0, size * size
             else:
                 scale = abs(
                     (pieces[a, 1, 0] - pieces[a, 0, 0]) * (pieces[a, 2, 1] - pieces[a, 0, 1])
                     - (pieces[a, 1, 1] - pieces[a, 0, 1]) * (pieces[a, 2, 0] - pieces[a, 0, 0])
                 )
-                guu, guv, gvv = (e[0] * e[0]).sum(), (e[0] * e[1]).sum(), (e[1] * e[1]).sum()
+                guu, guv, gvv = _dot(e[0], e[0]), _dot(e[0], e[1]), _dot(e[1], e[1])
                 det = size * size
             for b in range(len(pieces_m)):
                 for j in range(D - 1):
-                    em[j] = corners_m[h, b, j + 1] - corners_m[h, b, 0]
+                    for k in range(D):
+                        em[j, k] = corners_m[h, b, j + 1, k] - corners_m[h, b, 0, k]
                 _cross(em, flat_m)
-                if (flat * flat_m).sum() > FACING:
+                if _dot(flat, flat_m) > FACING:
                     continue
                 # The corners of the other piece in the reference coordinates of this one
                 for c in range(d):
-                    r = corners_m[h, b, c] - corners[f, a, 0]
-                    u = (e[0] * r).sum()
+                    for k in range(D):
+                        r[k] = corners_m[h, b, c, k] - corners[f, a, 0, k]
+                    u = _dot(e[0], r)
                     if D == 2:
                         q[c, 0] = u / guu
                     else:
-                        v = (e[1] * r).sum()
+                        v = _dot(e[1], r)
                         q[c, 0], q[c, 1] = (gvv * u - guv * v) / det, (guu * v - guv * u) / det
                 if D == 2:
                     polygon[0, 0], polygon[1, 0] = max(0.0, min(q[0, 0], q[1, 0])), min(1.0, max(q[0, 0], q[1, 0]))
@@ -279,17 +291,20 @@ def integrate(
                             psi[j + 1] = xi[j]
                             psi[0] -= xi[j]
                         _shape(ks, xi, N, dN)
-                        _map(xs[f], N, dN, x, t)
+                        _map(xs, f, N, dN, x, t)
                         w = weights[g] * part_size * scale
                         covered[p] += w
                         w *= _cross(t, n)
                         if axisymmetric:
                             w *= 2.0 * np.pi * x[0]
-                        n[:] = 0.0
-                        for k in range(ks):
-                            n += N[k] * normals[f, k]
-                        n /= np.sqrt((n * n).sum())
-                        apart = _meet(xm[h], x, n, eta, M, dM, y, tm)
+                        for k in range(D):
+                            n[k] = 0.0
+                            for j in range(ks):
+                                n[k] += N[j] * normals[f, j, k]
+                        length = np.sqrt(_dot(n, n))
+                        for k in range(D):
+                            n[k] /= length
+                        apart = _meet(xm, h, x, n, eta, M, dM, y, tm)
                         for i in range(d):
                             wi = w * psi[i]
                             area[p, i] += wi

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
-from petsc4py import PETSc
 
+from contact.rows import owned_rows
 from fem.body import Body
 from fem.elements import order_of, quadrature, shape
 from fem.geometry import MappedCells, MappedFacets, map_cells, map_facets
@@ -70,10 +70,7 @@ class ContactPoints:
         return total.reshape(self.count, *g.shape[1:])
 
     def matrix(self, normals: Floats) -> sp.csr_array:
-        """H with δ = H u + const for unit normals at the points (q, D): the owned columns, (c, owned). Collective.
-
-        Points at the border of a rank reach unknowns of its neighbours; PETSc sends those entries to their owners.
-        """
+        """H with δ = H u + const for unit normals at the points (q, D): the owned columns, (c, owned). Collective."""
         space = self.body.space
         c = space.components
         along = normals @ self.body.frame.T
@@ -81,16 +78,7 @@ class ContactPoints:
         dofs = space.dofs_of(self.nodes[..., None]).reshape(len(self.nodes), 1, self.nodes.shape[1], c)
         unknowns = np.broadcast_to(space.local_dofs[dofs], entries.shape)
         rows = np.broadcast_to(self.rows[:, :, None, None], entries.shape)
-        if space.comm.size == 1:
-            return sp.csr_array((entries.ravel(), (rows.ravel(), unknowns.ravel())), shape=(self.count, space.owned))
-        Ht = PETSc.Mat().create(space.comm)
-        Ht.setSizes(((space.owned, space.size), (PETSc.DECIDE, self.count)))
-        Ht.setType("aij")
-        Ht.setPreallocationCOO(unknowns.ravel().astype(PETSc.IntType), rows.ravel().astype(PETSc.IntType))
-        Ht.setValuesCOO(np.ascontiguousarray(entries).ravel())
-        pointer, indices, data = Ht.getValuesCSR()
-        Ht.destroy()
-        return sp.csr_array((data, indices, pointer), shape=(space.owned, self.count)).T.tocsr()
+        return owned_rows(space, self.count, rows.ravel(), unknowns.ravel(), entries.ravel())
 
 
 def nodal(body: Body, tag: str) -> ContactPoints:

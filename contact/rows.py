@@ -9,6 +9,9 @@ from typing import Any, Protocol, Self
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
+from petsc4py import PETSc
+
+from fem.space import Space
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -102,3 +105,20 @@ class SparseRows:
     def sparse(self) -> sp.csr_array:
         """The matrix."""
         return self.matrix
+
+
+def owned_rows(space: Space, count: int, rows: Ints, unknowns: Ints, values: Floats) -> sp.csr_array:
+    """The matrix (count, owned) that sums `values` at (rows, global unknowns) over the ranks. Collective.
+
+    PETSc sends entries to the owners of their unknowns.
+    """
+    if space.comm.size == 1:
+        return sp.csr_array((values, (rows, unknowns)), shape=(count, space.owned))
+    Ht = PETSc.Mat().create(space.comm)
+    Ht.setSizes(((space.owned, space.size), (PETSc.DECIDE, count)))
+    Ht.setType("aij")
+    Ht.setPreallocationCOO(unknowns.astype(PETSc.IntType), rows.astype(PETSc.IntType))
+    Ht.setValuesCOO(values)
+    pointer, indices, data = Ht.getValuesCSR()
+    Ht.destroy()
+    return sp.csr_array((data, indices, pointer), shape=(space.owned, count)).T.tocsr()
