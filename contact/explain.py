@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from contact.scene import BodyTable, Elastic, MeshFile, MeshShape, Scene
+from contact.scene import BodyTable, ContactTable, Elastic, MeshFile, MeshShape, Scene
 from contact.scene_devices import BeamTable
+from contact.scene_surfaces import BodySurfaceTable
 
 WITHOUT_GMSH = {"interval", "tube-wall", "vessel-wall"}
 
@@ -18,6 +19,9 @@ def explain(scene: Scene) -> str:
     for contact in scene.contacts:
         if contact.body in beams:
             built.append(f"contact {contact.name!r}: points along {contact.body}, rows for those near the surface only")
+            continue
+        if isinstance(contact.surface, BodySurfaceTable):
+            built.append(_between(contact, contact.surface))
             continue
         rows = "one row of H per node" if contact.constraint == "nodal" else "one row of H per vertex (mortar)"
         planes = "formed once" if contact.sliding == "small" else "formed anew in each pass"
@@ -38,6 +42,15 @@ def explain(scene: Scene) -> str:
         left_out.append("gmsh: no mesh needs it")
     left_out.append("plotting libraries: loaded by --plot and the command plot only")
     return "\n".join([f"built: {line}" for line in built] + [f"left out: {line}" for line in left_out])
+
+
+def _between(contact: ContactTable, surface: BodySurfaceTable) -> str:
+    side = {"auto": "the finer side, else the softer", "body": contact.body, "other": surface.body}[contact.side]
+    where = "of the undeformed state, once" if contact.sliding == "small" else "of the deformed state, in each pass"
+    return (
+        f"contact {contact.name!r}: facets of {contact.body}/{contact.tag} and {surface.body}/{surface.tag} clipped "
+        f"{where}; one row of H per vertex that looks at the other body ({contact.multiplier} multipliers on {side})"
+    )
 
 
 def _body(body: BodyTable, dynamic: bool) -> list[str]:
