@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,7 @@ from scipy.optimize import brentq
 from scipy.special import beta
 
 from contact.points import ContactPoints
+from contact.rows import Rows
 from fem.body import Body
 from fem.geometry import map_cells, map_facets
 
@@ -34,6 +36,31 @@ def h1_error(body: Body, gradient: Callable[[Floats], Floats]) -> tuple[float, f
     return float(np.sqrt(total[0])), float(np.sqrt(total[1]))
 
 
+def l2_error(bodies: Sequence[Body], fields: Sequence[Callable[[Floats], Floats]], free: int | None = None) -> float:
+    """‖u − u_h‖/‖u‖ in L² over some bodies with their exact displacements (points, c). Collective.
+
+    `free` is a direction in which they may move together: the mean of the error along it does not count.
+    """
+    squared = norm = volume = mean = 0.0
+    for body, field in zip(bodies, fields, strict=True):
+        piece, c = body.space.piece, body.space.components
+        sums = np.zeros(4)
+        for start in range(0, len(piece.cells), 4096):
+            cells = piece.cells[start : start + 4096]
+            mapped = map_cells(piece.points, cells, DEGREE, body.model.axisymmetric)
+            u = body.u[body.space.dofs_of(cells)].reshape(len(cells), cells.shape[1], c)
+            exact = field(mapped.points.reshape(-1, body.space.dim)).reshape(*mapped.weights.shape, c)
+            error = np.einsum("qa,mai->mqi", mapped.values, u) - exact
+            along = 0.0 if free is None else np.einsum("mq,mq->", mapped.weights, error[..., free])
+            sums += [
+                *(np.einsum("mq,mqi->", mapped.weights, e**2) for e in (error, exact)),
+                mapped.weights.sum(),
+                along,
+            ]
+        squared, norm, volume, mean = np.add((squared, norm, volume, mean), body.space.comm.allreduce(sums))
+    return float(np.sqrt(max(squared - mean**2 / volume, 0.0) / norm))
+
+
 def nodal_error(body: Body, exact: Callable[[Floats], Floats]) -> float:
     """The largest |u − u_h| at the nodes. Collective."""
     c = body.space.components
@@ -41,6 +68,24 @@ def nodal_error(body: Body, exact: Callable[[Floats], Floats]) -> float:
     u = body.u[body.space.displacements].reshape(-1, c)
     worst = float(np.abs(values - u).max(initial=0.0))
     return float(body.space.comm.allreduce(worst, op=max))
+
+
+def unbalanced(H: dict[Any, Rows], lam: Floats) -> float:
+    """What is left of force and counterforce, and of their moments about the origin, of the bodies in a contact.
+
+    H : rows of each body; relative to Σ λ and, for moments, to that times the largest body's size. Collective.
+    """
+    force, moment = np.zeros(3), np.zeros(3)
+    for body, rows in H.items():
+        x = np.zeros((len(body.space.piece.points), 3))
+        x[:, : body.space.dim] = body.space.piece.points
+        for axis, e in enumerate(np.eye(3)):
+            for motion, sums in ((np.broadcast_to(e, x.shape), force), (np.cross(e, x), moment)):
+                u = np.zeros(len(body.space.local_dofs))
+                u[body.space.displacements] = motion[:, : body.space.components].ravel()
+                sums[axis] += lam @ body.space.comm.allreduce(rows.apply(body.owned(u)))
+    size = max(body.size for body in H)
+    return float(max(np.abs(force).max(), np.abs(moment).max() / size) / lam.sum())
 
 
 def trace_moments(body: Body, tag: str, places: Floats, powers: int) -> Floats:
@@ -85,8 +130,41 @@ def contact_width(points: ContactPoints, lam: Floats, terms: int = 2) -> float:
     if np.count_nonzero(lam) <= terms + 1:
         return float("nan")
     M = np.array([lam @ points.mean(x ** (2 * k)) for k in range(terms + 1)])
+    reach = float(np.abs(points.places[lam > 0, 0]).max())
+    return _edge(M, reach, points.body.model.axisymmetric)
+
+
+def pressure_width(s: Floats, p: Floats, axisymmetric: bool = False, terms: int = 2) -> float:
+    """`contact_width` of a pressure that is linear between its values p at the places s ≥ 0, (c)."""
+    s, p = s[np.argsort(s)], p[np.argsort(s)]
+    if np.count_nonzero(p) <= terms + 1:
+        return float("nan")
+    at, weights = _between(s)
+    weights = weights * (2 * np.pi * at if axisymmetric else 1.0) * np.interp(at, s, p)
+    M = np.array([weights @ at ** (2 * k) for k in range(terms + 1)])
+    return _edge(M, float(s[p > 0].max()), axisymmetric)
+
+
+def pressure_error(s: Floats, p: Floats, exact: Callable[[Floats], Floats], *breaks: float) -> float:
+    """‖p − p_h‖/‖p‖ in L² along s, p_h linear between its values p at the places s (c); `breaks`: where p has kinks."""
+    s, p = s[np.argsort(s)], p[np.argsort(s)]
+    at, weights = _between(np.union1d(s, breaks))
+    difference = np.interp(at, s, p) - exact(at)
+    return float(np.sqrt(weights @ difference**2 / (weights @ exact(at) ** 2)))
+
+
+def _between(s: Floats) -> tuple[Floats, Floats]:
+    """Points and weights of Gauss's rule on the intervals between increasing s."""
+    x, w = np.polynomial.legendre.leggauss(8)
+    half = np.diff(s)[:, None] / 2
+    return (s[:-1, None] + half * (1 + x)).ravel(), (half * w).ravel()
+
+
+def _edge(M: Floats, reach: float, axisymmetric: bool) -> float:
+    """a from the moments ∫ p x^{2k} dx, k = 0 … terms; `reach` is that of the loaded points."""
+    terms = len(M) - 1
     M = M / M[0]
-    first = 1.0 if points.body.model.axisymmetric else 0.5
+    first = 1.0 if axisymmetric else 0.5
     k, j = np.arange(terms + 1)[:, None], np.arange(terms)
     shapes = beta(j + k + first, 1.5)
 
@@ -95,7 +173,7 @@ def contact_width(points: ContactPoints, lam: Floats, terms: int = 2) -> float:
         return float(shapes[-1] @ np.linalg.solve(shapes[:-1], scaled[:-1]) - scaled[-1])
 
     # Loaded points bracket the edge: the root nearest to the outermost of them.
-    reach = float(np.abs(points.places[lam > 0, 0]).max()) ** 2
+    reach = reach**2
     grid = reach * np.linspace(0.7, 1.3, 241)
     values = np.array([last(a2) for a2 in grid])
     changes = np.flatnonzero(np.diff(np.sign(values)))

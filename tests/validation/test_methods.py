@@ -21,6 +21,7 @@ COARSE: dict[str, float] = {
     "two-bars": 1.0, "v-groove": 1.0, "cantilever-floor": 1 / 16, "heavy-beam": 1 / 16, "beam-stop": 1 / 20,
     "column-walls": 1 / 8, "dawson-paslay": 0.45, "wire-tube": 0.3 / 20, "helix-tube": 1.6, "coil-tube": 0.4,
     "layered-tube": 0.6, "spring-surface": 1.0, "ball-drop": 1.0, "bouncing-bar": 1.0, "hanging-bar": 1 / 20,
+    "patch": 1 / 10,
 }  # fmt: skip
 
 # Nothing touches in their last state.
@@ -28,6 +29,7 @@ APART = {"circle", "bend-45", "euler-load", "elastica-tip", "bar-impact", "two-b
 
 # What a method cannot treat: rows of H with several entries, bodies that nothing holds, no matrices at all.
 REFUSED = {
+    ("patch", "vi-primal"): "supported bodies",
     ("two-bars", "vi-primal"): "several entries",
     ("plug", "vi-primal"): "several entries",
     ("ball-shell", "vi-primal"): "several entries",
