@@ -246,7 +246,8 @@ def _between(table: ContactTable, tag: str, surface: BodySurfaceTable, bodies: d
     from contact.mortar import MortarContact, sides  # compiled kernels: only where bodies touch each other
 
     both = sides(Facets(bodies[table.body], tag), Facets(bodies[surface.body], surface.tag), table.side)
-    return MortarContact(table.name, *both, table.multiplier, table.sliding == "finite", table.interference)
+    finite = table.sliding == "finite"
+    return MortarContact(table.name, *both, table.multiplier, finite, table.interference, field(table.clearance))
 
 
 def _check_dimensions(table: ContactTable, D: int) -> None:

@@ -25,6 +25,7 @@ from contact.pairs import Constraints, Recorded, check_interference
 from contact.rows import Rows, SparseRows, owned_rows
 from fem.body import Body
 from fem.elements import quadrature
+from fem.loads import evaluate
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -59,6 +60,8 @@ class MortarContact:
     finite : whether pairing and normals follow the motion. The first pass of a step takes them from the last accepted
         state, later ones from the present state.
     interference : how deep [m] the bodies may start in each other
+    clearance : an initial gap besides that of the meshes [m], a number or a function (x, t) of the multiplier side's
+        places: profiles of the linear theory, press fits of parts that are drawn at their common radius
 
     Source: Puso and Laursen, CMAME 193 (2004); Wohlmuth, SIAM J. Numer. Anal. 38 (2000) for dual bases; Popp, Seitz,
     Gee and Wall, CMAME 264 (2013) for those of partly covered facets.
@@ -72,6 +75,7 @@ class MortarContact:
         multiplier: Literal["vertex", "dual"] = "vertex",
         finite: bool = False,
         interference: float = 0.0,
+        clearance: Any = 0.0,
     ) -> None:
         self.name, self.facets, self.others = name, facets, others
         self.dual, self.finite, self.interference = multiplier == "dual", finite, interference
@@ -84,6 +88,8 @@ class MortarContact:
         self.length = max(facets.body.size, others.body.size)
         self._supports = facets.supports()
         self._places = facets.places()
+        X = facets.X.reshape(-1, facets.X.shape[2])
+        self._clearance = np.ascontiguousarray(evaluate(clearance, X, 0.0, 1).reshape(facets.X.shape[:2]))
         self._states: list[tuple[Floats, Floats, Assembled]] = []
         self._accepted = facets.displacements, others.displacements
         self._stepping = False
@@ -224,6 +230,7 @@ class MortarContact:
             corners_m,
             points,
             weights,
+            self._clearance,
             self.reach,
             self.depth,
             _axisymmetric(side.body),

@@ -173,6 +173,7 @@ def integrate(
     corners_m: Floats,
     points: Floats,
     weights: Floats,
+    clearance: Floats,
     reach: float,
     depth: float,
     axisymmetric: bool,
@@ -186,6 +187,7 @@ def integrate(
     pieces, corners : (s, d, D) reference and (f, s, d, D) true corners of the flat pieces, d = D nodes each
     xm, pieces_m, corners_m : the same of the other side
     points, weights : a rule on the unit interval or triangle
+    clearance : (f, k) what the gap has at the nodes of the multiplier side besides [m]
     reach, depth : how far apart, and how deep in each other, pieces may be [m]
 
     Returns
@@ -305,6 +307,8 @@ def integrate(
                         for k in range(D):
                             n[k] /= length
                         apart = _meet(xm, h, x, n, eta, M, dM, y, tm)
+                        for j in range(ks):
+                            apart += N[j] * clearance[f, j]
                         for i in range(d):
                             wi = w * psi[i]
                             area[p, i] += wi

@@ -218,7 +218,12 @@ class ContactTable(Table):
     )
     direction: Vector | None = Field(None, description="fixed normal of small sliding; else that of the closest point")
     interference: NotNegative = Field(0.0, description="how deep points may start inside the surface [m]")
+    clearance: Value = Field(
+        0.0, description="initial gap of two bodies besides that of their meshes [m], a number or expression in x, y, z"
+    )
     copies: Annotated[int, Field(ge=1)] = Field(1, description="state the same contact several times over")
+
+    _clearance = field_validator("clearance")(check_value)
 
     @model_validator(mode="before")
     @classmethod
@@ -234,7 +239,7 @@ class ContactTable(Table):
     @model_validator(mode="after")
     def _two_bodies(self) -> ContactTable:
         if not isinstance(self.surface, BodySurfaceTable):
-            if given := self.model_fields_set & {"multiplier", "side"}:
+            if given := self.model_fields_set & {"multiplier", "side", "clearance"}:
                 raise ValueError(f"{min(given)}: only of a contact with surface.kind = 'body'")
         elif self.tag is not None:
             if self.constraint == "nodal":

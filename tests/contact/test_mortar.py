@@ -305,3 +305,26 @@ def test_normals_at_edges() -> None:
         np.testing.assert_allclose(n, by_node.setdefault((place[0], place[1]), n), atol=1e-14)
     system.close()
     ring.close()
+
+
+@pytest.mark.parametrize("side", ["body", "other"])
+def test_clearance(side: str) -> None:
+    """A gap besides that of the meshes: linear and quadratic profiles exactly, in means with the hats; interference."""
+    scene, _ = _blocks(2, (2, 2), (2, 3), side=side)
+    scene["contact"][0].update(clearance="0.01*x**2")
+    system = prepared(**scene)
+    found = system.detect().constraints[0]
+    # ∫ x² ds and ∫ x³ ds of the unit interface: hats sum to 1 and, weighted with their vertices, to x
+    assert found.areas @ found.offset == pytest.approx(0.01 / 3, rel=1e-12)
+    assert (found.areas * found.places[:, 0]) @ found.offset == pytest.approx(0.01 / 4, rel=1e-12)
+    system.close()
+    scene["contact"][0].update(clearance=-0.02)
+    with pytest.raises(ValueError, match=r"a point starts 0\.02 m inside"):
+        prepared(**scene)
+    scene["contact"][0].update(interference=0.02)
+    system = prepared(**scene)
+    np.testing.assert_allclose(system.detect().constraints[0].offset, -0.02, rtol=1e-12)
+    system.close()
+    scene["contact"][0].update(clearance="0.01*w")
+    with pytest.raises(ValueError, match="w"):
+        prepared(**scene)
