@@ -99,7 +99,8 @@ class Frame:
         FileNotFoundError
             where a surface's file is neither in the scene's folder, beside the record, in the current folder nor here.
         """
-        tables = [table["surface"] for table in self.scene.get("contact", []) if table["surface"]["kind"] != "point"]
+        given = [table["surface"] for table in self.scene.get("contact", [])]
+        tables = [table for table in given if table["kind"] not in ("point", "body")]
         read = TypeAdapter(SurfaceTable).validate_python
         return [(surface_of(read(table), self._folder_of(table)), len(_anchor(table))) for table in tables]
 
