@@ -42,7 +42,7 @@ def quantities(comm: Any) -> dict[str, float]:
         for quantity in case.solve(run):
             result[f"{name} {changes} {order}: {quantity.name}"] = quantity.computed
         run.close()
-    return result | _sliding_block(comm) | _falling_block(comm) | _corner(comm)
+    return result | _sliding_block(comm) | _falling_block(comm) | _corner(comm) | _two_bodies(comm)
 
 
 def _sliding_block(comm: Any) -> dict[str, float]:
@@ -62,6 +62,39 @@ def _sliding_block(comm: Any) -> dict[str, float]:
     energy = comm.allreduce(float(system.bodies[0].internal_forces() @ system.bodies[0].owned(system.bodies[0].u)))
     system.close()
     return {"block: force": found.lam.sum(), "block: norm": float(np.linalg.norm(found.lam)), "block: energy": energy}
+
+
+def _two_bodies(comm: Any) -> dict[str, float]:
+    """Bodies on non-matching meshes pressed together: in space, and in the plane where one slides along the other."""
+    result = {}
+    for dim, sliding in ((3, "small"), (2, "finite")):
+        state, across = ("3d" if dim == 3 else "plane-strain"), [1.0] * (dim - 1)
+        bodies = [
+            {
+                "name": name,
+                "mesh": {
+                    "shape": "box",
+                    "size": [*across, 0.5],
+                    "origin": [0.1 * floor] * (dim - 1) + [floor],
+                    **{"n": n, "order": order, "structured": True},
+                },
+                "material": {"E": 2.0, "nu": 0.3, "state": state},
+                "supports": [{"tag": far, "value": [shift] + [0.0] * (dim - 2) + [0.04 * floor]}],
+            }
+            for name, floor, n, order, far, shift in (
+                ("lower", -0.5, 3, 2, "bottom", 0.0),
+                ("upper", 0.0, 4, 1, "top", 0.02),
+            )
+        ]
+        surface = {"kind": "body", "body": "lower", "tag": "top"}
+        contact = {"body": "upper", "tag": "bottom", "surface": surface, "sliding": sliding}
+        system = build(Scene.model_validate({"body": bodies, "contact": [contact]}), comm)
+        system.prepare()
+        found = step(system, 1.0)
+        assert found.lam.sum() > 0
+        result |= {f"two bodies {dim}: force": found.lam.sum(), f"two bodies {dim}: norm": float(found.lam @ found.lam)}
+        system.close()
+    return result
 
 
 def _falling_block(comm: Any) -> dict[str, float]:
