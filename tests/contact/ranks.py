@@ -76,14 +76,19 @@ def _two_bodies(comm: Any) -> dict[str, float]:
                     "shape": "box",
                     "size": [*across, 0.5],
                     "origin": [0.1 * floor] * (dim - 1) + [floor],
-                    **{"n": n, "order": order, "structured": True},
+                    "n": n,
+                    "order": order,
+                    "structured": True,
                 },
                 "material": {"E": 2.0, "nu": 0.3, "state": state},
-                "supports": [{"tag": far, "value": [shift] + [0.0] * (dim - 2) + [0.04 * floor]}],
+                "supports": [
+                    {"tag": far, "component": c, "value": value}
+                    for c, value in zip("xyz"[:dim], [shift, *[0.0] * (dim - 2), push], strict=True)
+                ],
             }
-            for name, floor, n, order, far, shift in (
-                ("lower", -0.5, 3, 2, "bottom", 0.0),
-                ("upper", 0.0, 4, 1, "top", 0.02),
+            for name, floor, n, order, far, shift, push in (
+                ("lower", -0.5, 3, 2, "bottom", 0.0, 0.0),
+                ("upper", 0.0, 4, 1, "top", 0.02, -0.01),
             )
         ]
         surface = {"kind": "body", "body": "lower", "tag": "top"}
