@@ -25,7 +25,7 @@ COARSE: dict[str, float] = {
 }  # fmt: skip
 
 # Nothing touches in their last state.
-APART = {"circle", "bend-45", "euler-load", "elastica-tip", "bar-impact", "two-bar-impact"}
+APART = {"circle", "bend-45", "euler-load", "elastica-tip", "bar-impact", "two-bar-impact", "hertz-impact"}
 
 # What a method cannot treat: rows of H with several entries, bodies that nothing holds, no matrices at all.
 REFUSED = {

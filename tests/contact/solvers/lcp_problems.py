@@ -65,13 +65,23 @@ def complementarity(W: Floats, q: Floats, lam: Floats) -> float:
 
 
 def reaction_difference(W: Floats, lam: Floats, other: Floats) -> float:
-    """(ΔλᵀWΔλ / λᵀWλ)^½."""
+    """(ΔλᵀWΔλ / λᵀWλ)^½; its round-off is of 1e-8 where Δλ is large in W's null space."""
     change = lam - other
     return float(np.sqrt(max(change @ W @ change, 0.0) / (lam @ W @ lam)))
 
 
+def factored_difference(F: Floats, lam: Floats, other: Floats) -> float:
+    """The same with W = F Fᵀ, ‖FᵀΔλ‖ / ‖Fᵀλ‖, to round-off for every Δλ."""
+    return float(np.linalg.norm(F.T @ (lam - other)) / np.linalg.norm(F.T @ lam))
+
+
 def family(name: str, c: int) -> tuple[Floats, Floats]:
     """W, q of one of the benchmark's families."""
+    return factored_family(name, c)[:2]
+
+
+def factored_family(name: str, c: int) -> tuple[Floats, Floats, Floats]:
+    """W, q and F with W = F Fᵀ of one of the benchmark's families."""
     script = SHARED / "bench" / "contact_problems.py"
     if not script.exists():
         pytest.skip("needs ../shared/bench")
@@ -84,7 +94,7 @@ def family(name: str, c: int) -> tuple[Floats, Floats]:
     finally:
         sys.dont_write_bytecode = write
     problem = module.make(name, c)
-    return (problem["W"] + problem["W"].T) / 2, problem["q"]
+    return (problem["W"] + problem["W"].T) / 2, problem["q"], problem["Lf"]
 
 
 def well_posed(c: int = 30) -> tuple[Floats, Floats]:
