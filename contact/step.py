@@ -14,7 +14,7 @@ from contact.system import Linearisation, System
 
 Floats = NDArray[np.float64]
 
-SURE = 0.1  # of a tolerance: a pass that would leave that much settles the step
+CONTRACTING = 0.05  # a pass that leaves more than this part of the residual does not contract: A is formed anew
 
 
 @dataclass(frozen=True)
@@ -76,10 +76,9 @@ def step(
             gap = system.gaps()
             system.accept()
             return StepResult(lam, gap, corrected, problem, certificate, number, iterations, solution.details)
-        # A pass with the same A contracts about as well as the last one.
-        settling = certificate.residual**2 <= SURE * min(tolerances.complementarity, tolerances.equilibrium) * residual
+        contracting = certificate.residual <= CONTRACTING * residual
         residual = certificate.residual
-        contacts = system.relinearise(contacts, corrected, lam, settling)
+        contacts = system.relinearise(contacts, corrected, lam, contracting)
 
     missed = certificate.beyond(tolerances)
     raise ContactNotConvergedError(f"the passes of detection and correction leave {missed}", iterations, residual)
