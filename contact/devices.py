@@ -19,6 +19,7 @@ Bools = NDArray[np.bool_]
 
 # Gaps below these parts of the radius make a point a candidate before any motion says so, and put it in the problem.
 MARGIN, CLOSE = 1.0, 0.25
+BRACE = 30.0  # the stiffness across a bulging wall, over what its curvature takes away along it
 
 
 class DeviceContact:
@@ -155,16 +156,12 @@ class DeviceContact:
         before = self.known[rows]
         self._find(rows, x, guess)
         now = self.known[rows]
-        lost = np.abs(now - before) > way + self._slack(rows)
+        lost = np.abs(now - before) > way + self._rounding
         if lost.any():
             self._find(rows[lost], x[lost], None)
         far = now > 4 * self._length
         if far.any():
             self._followed[rows[far]] = False
-
-    def _slack(self, rows: Ints) -> Floats | float:
-        """How much gaps may have changed without a motion of the points: by round-off."""
-        return self._rounding
 
     def _find(self, rows: Ints, x: Floats, guess: Floats | None) -> None:
         """The closest points of some points at x."""
@@ -178,18 +175,23 @@ class DeviceContact:
 
     # --- the step -------------------------------------------------------------------------------------------------
 
-    def stiffen(self, lam: Floats) -> None:
+    def stiffen(self, lam: Floats, bulging: bool = False) -> None:
         """Give the beam −Σ λ ∇²δ: the curvature of the wall, and of the centreline's interpolation.
 
-        Where the wall bulges towards the device its curvature is left out: it would make A indefinite, W no Delassus
-        operator, and a pass without it contracts nearly as well.
+        Where the wall bulges towards the device its curvature makes A indefinite, and W no Delassus operator, even
+        where the contacts themselves hold the device. Those hold it across the wall: a multiple of λ b n nᵀ, b the
+        curvature of the bulge, changes no increment that keeps them closed, and makes A definite as a rule
+        (Debreu 1952). Unless `bulging`, such curvature is left out: passes contract, but only at a steady rate.
         """
         rows = np.flatnonzero(lam > 0)
         if rows.size:
+            curvature, normal = self.foot.curvature[rows], self.foot.normal[rows]
             blocks = beam_points.point_blocks(
                 lam[rows],
-                self.foot.normal[rows],
-                row_kernels.concave_part(self.foot.curvature[rows], self.foot.normal[rows]),
+                normal,
+                row_kernels.braced(curvature, normal, BRACE)
+                if bulging
+                else row_kernels.concave_part(curvature, normal),
                 self.body.R,
                 self.elements[rows],
                 self.xi[rows],

@@ -6,7 +6,7 @@ from contact.scene import BodyTable, ContactTable, Elastic, MeshFile, MeshShape,
 from contact.scene_devices import BeamTable
 from contact.scene_surfaces import BodySurfaceTable
 
-WITHOUT_GMSH = {"interval", "tube-wall", "vessel-wall"}
+WITHOUT_GMSH = {"interval", "tube-wall", "vessel-wall", "bifurcation-wall", "catheter", "balloon"}
 
 
 def explain(scene: Scene) -> str:

@@ -168,7 +168,7 @@ class MortarContact:
         looking = self._looking(found)
         return np.where(looking, gaps / np.where(looking, found.areas, 1.0), np.inf)
 
-    def stiffen(self, lam: Floats) -> None:
+    def stiffen(self, lam: Floats, bulging: bool = False) -> None:
         """Nothing: bodies are linear, and curvature stays out of A."""
 
     def crossed(self) -> bool:

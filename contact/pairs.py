@@ -75,8 +75,11 @@ class Pair(Protocol):
     def gaps(self) -> Floats:
         """True gaps of the present state, in the order of the last constraints, (c) [m]."""
 
-    def stiffen(self, lam: Floats) -> None:
-        """Tell the bodies the curvature of the surface under forces λ (c), for their next A."""
+    def stiffen(self, lam: Floats, bulging: bool = False) -> None:
+        """Tell the bodies the curvature of the surface under forces λ (c), for their next A.
+
+        Curvature that may make A indefinite is left out unless `bulging`.
+        """
 
     def crossed(self) -> bool:
         """Whether a point went through the surface on its way from the last accepted state."""
@@ -104,7 +107,7 @@ class _Unbent:
     def moved(self) -> None:
         """Nothing."""
 
-    def stiffen(self, lam: Floats) -> None:
+    def stiffen(self, lam: Floats, bulging: bool = False) -> None:
         """Nothing."""
 
     def crossed(self) -> bool:

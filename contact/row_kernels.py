@@ -74,6 +74,30 @@ def without(values: Floats, first: Ints, free: NDArray[np.bool_]) -> Floats:
 
 
 @njit(cache=True)
+def _tangential(C: Floats) -> tuple[float, float]:
+    """The eigenvalues a ≤ b of a symmetric matrix (3, 3) in its plane, the third being zero."""
+    trace = C[0, 0] + C[1, 1] + C[2, 2]
+    squares = 0.0
+    for j in range(3):
+        for k in range(3):
+            squares += C[j, k] * C[j, k]
+    root = np.sqrt(max(2.0 * squares - trace * trace, 0.0))
+    return 0.5 * (trace - root), 0.5 * (trace + root)
+
+
+@njit(cache=True)
+def braced(curvature: Floats, normal: Floats, factor: float) -> Floats:
+    """C − factor · max(b, 0) n nᵀ for symmetric matrices (q, 3, 3) with normals (q, 3), b ≥ a as in `concave_part`."""
+    result = curvature.copy()
+    for i in range(len(curvature)):
+        brace = factor * max(_tangential(curvature[i])[1], 0.0)
+        for j in range(3):
+            for k in range(3):
+                result[i, j, k] -= brace * normal[i, j] * normal[i, k]
+    return result
+
+
+@njit(cache=True)
 def concave_part(curvature: Floats, normal: Floats) -> Floats:
     """The negative part of symmetric matrices (q, 3, 3) whose null vectors are the normals (q, 3).
 
@@ -83,13 +107,7 @@ def concave_part(curvature: Floats, normal: Floats) -> Floats:
     result = np.zeros_like(curvature)
     for i in range(len(curvature)):
         C, n = curvature[i], normal[i]
-        trace = C[0, 0] + C[1, 1] + C[2, 2]
-        squares = 0.0
-        for j in range(3):
-            for k in range(3):
-                squares += C[j, k] * C[j, k]
-        root = np.sqrt(max(2.0 * squares - trace * trace, 0.0))
-        a, b = 0.5 * (trace - root), 0.5 * (trace + root)
+        a, b = _tangential(C)
         if a >= 0.0:
             continue
         for j in range(3):

@@ -14,7 +14,7 @@ from contact.system import Linearisation, System
 
 Floats = NDArray[np.float64]
 
-CONTRACTING = 0.05  # a pass that leaves more than this part of the residual does not contract: A is formed anew
+SURE = 0.1  # of a tolerance: a pass that would leave that much settles the step
 
 
 @dataclass(frozen=True)
@@ -76,9 +76,10 @@ def step(
             gap = system.gaps()
             system.accept()
             return StepResult(lam, gap, corrected, problem, certificate, number, iterations, solution.details)
-        contracting = certificate.residual <= CONTRACTING * residual
+        # A pass with the same A contracts about as well as the last one.
+        settling = certificate.residual**2 <= SURE * min(tolerances.complementarity, tolerances.equilibrium) * residual
         residual = certificate.residual
-        contacts = system.relinearise(contacts, corrected, lam, contracting)
+        contacts = system.relinearise(contacts, corrected, lam, settling)
 
     missed = certificate.beyond(tolerances)
     raise ContactNotConvergedError(f"the passes of detection and correction leave {missed}", iterations, residual)

@@ -214,7 +214,7 @@ class System:
         self._base = found.base = lam
         with self.clock("factor"):
             for body in self.bodies:
-                found.free[body].free_motion(body, lam)
+                body.free_motion(found.free[body].apply_transpose(lam))
 
     def state(self) -> list[Any]:
         """What a step that fails must give back."""
@@ -241,17 +241,17 @@ class System:
             self._linearisation.base = self._base
             return self._linearisation
 
-    def relinearise(self, last: Linearisation, found: Linearisation, lam: Floats, contracting: bool) -> Linearisation:
+    def relinearise(self, last: Linearisation, found: Linearisation, lam: Floats, settling: bool) -> Linearisation:
         """The next pass's linearisation about the present state, with the bodies in their free motion. Collective.
 
-        Where bodies are not linear and the passes contract, A and the columns of W stay those of the `last` pass, and
-        only residuals, gaps and normals are new (a chord iteration). Otherwise A is formed anew, the curvature of the
-        surfaces under the contact forces in it (a step of the sequential quadratic programme).
+        A is formed anew, the curvature of the surfaces under the contact forces in it (a step of the sequential
+        quadratic programme). Where one more pass is `settling` the step anyway, A and the columns of W stay those of
+        the `last` pass, and only residuals, gaps and normals are new (a chord iteration).
         """
         if self.linear:
             self.free_motion()
             return found
-        if contracting and found.covered(last):
+        if settling and found.covered(last):
             found = found.with_operator(last)
         else:
             self._renew(lam)
@@ -260,19 +260,22 @@ class System:
         return found
 
     def _renew(self, lam: Floats) -> None:
-        """A about the present state and forces. Collective."""
-        for body in self.bodies:
-            body.renew()
-        self._stiffen(lam)
-        self._factor()
+        """A about the present state and forces, without bulging walls if it is not definite with them. Collective."""
+        for bulging in (True, False):
+            for body in self.bodies:
+                body.renew()
+            self._stiffen(lam, bulging)
+            self._factor()
+            if all(body.definite for body in self.bodies):
+                return
 
-    def _stiffen(self, lam: Floats) -> None:
+    def _stiffen(self, lam: Floats, bulging: bool = False) -> None:
         """Give the bodies the curvature of the surfaces under forces λ, for their next A."""
         starts = np.cumsum([0, *[part.count for part in self._detected]])
         if len(lam) == starts[-1]:
             with self.clock("assemble"):
                 for pair, first, last in zip(self.pairs, starts[:-1], starts[1:], strict=True):
-                    pair.stiffen(lam[first:last])
+                    pair.stiffen(lam[first:last], bulging)
 
     def _linearise(self, parts: list[Constraints]) -> Linearisation:
         offset = np.concatenate([np.empty(0), *[part.offset for part in parts]]) if len(parts) != 1 else parts[0].offset
@@ -324,7 +327,7 @@ class System:
         """δ = H u + offset for all constraints."""
         gaps = lin.offset
         for body, h in lin.H.items():
-            gaps = gaps + total(body.comm, h.at(body))
+            gaps = gaps + total(body.comm, h.apply(body.coordinates()))
         return gaps
 
     def correct(self, lin: Linearisation, solution: Solution) -> None:
@@ -338,9 +341,8 @@ class System:
                 increment = body.modes @ solution.alpha[mode : mode + m]
                 mode += m
                 if body in lin.W.H:
-                    lin.W.H[body].correct(body, change, increment)
-                else:
-                    body.correct(increment)
+                    increment = increment + body.solve(lin.W.H[body].apply_transpose(change)[:, None])[:, 0]
+                body.correct(increment)
         for pair in self.pairs:
             pair.moved()
 
@@ -374,10 +376,10 @@ def _join(body: Body, parts: list[Constraints]) -> Rows:
     sample = next((rows for rows in given if rows is not None), None)
     if sample is None:
         return SparseRows(sp.csr_array((sum(part.count for part in parts), body.space.owned)))
-    every = [sample.blank(part.count) if rows is None else rows for rows, part in zip(given, parts, strict=True)]
-    if len({type(rows) for rows in every}) > 1:
-        every = [SparseRows(rows.sparse()) for rows in every]
-    return every[0].join(every[1:])
+    first, *others = [
+        sample.blank(part.count) if rows is None else rows for rows, part in zip(given, parts, strict=True)
+    ]
+    return first.join(others)
 
 
 def _matrix(rows: Rows, body: Body) -> Any:

@@ -114,6 +114,11 @@ class Beam:
         return self._matrix.A
 
     @property
+    def definite(self) -> bool:
+        """Whether the factor has shown A to be positive definite."""
+        return self._matrix.definite
+
+    @property
     def held(self) -> Bools:
         """The unknowns that A does not move."""
         return self.fixed

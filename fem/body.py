@@ -48,6 +48,7 @@ class Body:
     """
 
     linear = True
+    definite = True  # on what supports or contacts hold
     radius: Floats | None = None  # of a beam's elements
 
     def __init__(

@@ -25,7 +25,12 @@ def matrix_of(fixed: Bools) -> Chain:
 
 
 class Chain:
-    """A symmetric block-tridiagonal matrix and its elimination; see `fem.chain_kernels`."""
+    """A symmetric block-tridiagonal matrix and its elimination; see `fem.chain_kernels`.
+
+    `definite` says whether the factor has shown the matrix to be positive definite.
+    """
+
+    definite = False
 
     def __init__(self, fixed: Bools) -> None:
         nodes = len(fixed) // 6
@@ -41,9 +46,10 @@ class Chain:
 
     def factor(self) -> None:
         """Eliminate; ArithmeticError where the matrix is singular."""
-        node = chain_kernels.factor(self._diagonal, self._upper, self._inverse, self._ratio)
-        if node >= 0:
-            raise ArithmeticError(f"the iteration matrix of a beam is singular at node {node}")
+        verdict = chain_kernels.factor(self._diagonal, self._upper, self._inverse, self._ratio)
+        if verdict >= 0:
+            raise ArithmeticError(f"the iteration matrix of a beam is singular at node {verdict}")
+        self.definite = verdict == chain_kernels.DEFINITE
 
     def solve(self, B: Floats) -> Floats:
         """A⁻¹ B, (6 N, k), zero at prescribed unknowns."""

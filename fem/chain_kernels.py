@@ -16,6 +16,8 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
+DEFINITE, INDEFINITE = -1, -2
+
 
 @njit(cache=True)
 def hold(diagonal: Floats, upper: Floats, fixed: Bools) -> None:
@@ -94,13 +96,15 @@ def _lower(S: Floats, L: Floats) -> bool:
 
 @njit(cache=True)
 def factor(diagonal: Floats, upper: Floats, inverse: Floats, ratio: Floats) -> int:
-    """Sᵢ⁻¹ (N, 6, 6) and Uᵢ (N − 1, 6, 6) into `inverse` and `ratio`; the first singular node, or −1.
+    """Sᵢ⁻¹ (N, 6, 6) and Uᵢ (N − 1, 6, 6) into `inverse` and `ratio`.
+
+    Returns `DEFINITE`, `INDEFINITE` or the first singular node.
 
     Where S = LLᵀ is positive definite, S⁻¹ = L⁻ᵀL⁻¹ and the next D − YᵀY, Y = L⁻¹E, are formed from L, which keeps the
     digits that a product with the inverse loses; elsewhere by elimination with pivots.
     """
     S, L, Y = diagonal[0].copy(), np.zeros((6, 6)), np.zeros((6, 6))
-    last = len(diagonal) - 1
+    last, verdict = len(diagonal) - 1, DEFINITE
     for i in range(last + 1):
         X = inverse[i]
         if _lower(S, L):
@@ -132,6 +136,7 @@ def factor(diagonal: Floats, upper: Floats, inverse: Floats, ratio: Floats) -> i
                         total -= Y[c, a] * Y[c, b]
                     S[a, b] = S[b, a] = total
             continue
+        verdict = INDEFINITE
         if not _invert(S, X):
             return i
         if i == last:
@@ -149,7 +154,7 @@ def factor(diagonal: Floats, upper: Floats, inverse: Floats, ratio: Floats) -> i
                 for c in range(6):
                     total -= E[c, a] * U[c, b]
                 S[a, b] = S[b, a] = total
-    return -1
+    return verdict
 
 
 @njit(cache=True)

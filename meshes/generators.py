@@ -6,7 +6,10 @@ import inspect
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from meshes.aneurysm import aneurysm_wall
+from meshes.bifurcation import bifurcation_wall
 from meshes.blocks import box, domed_block, layer
+from meshes.devices import balloon, blunt_tip, catheter
 from meshes.mesh import Mesh
 from meshes.planar import disc, half_disc, ring, shell_section, sphere_section
 from meshes.refine import Refine
@@ -17,7 +20,12 @@ from meshes.walls import tube_wall, vessel_wall
 __all__ = [
     "GENERATORS",
     "Refine",
+    "aneurysm_wall",
+    "balloon",
+    "bifurcation_wall",
+    "blunt_tip",
     "box",
+    "catheter",
     "disc",
     "domed_block",
     "generate",
@@ -51,6 +59,11 @@ GENERATORS: dict[str, Callable[..., Mesh]] = {
         shell_octant,
         tube_wall,
         vessel_wall,
+        bifurcation_wall,
+        aneurysm_wall,
+        catheter,
+        balloon,
+        blunt_tip,
     )
 }
 

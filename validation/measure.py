@@ -70,6 +70,15 @@ def nodal_error(body: Body, exact: Callable[[Floats], Floats]) -> float:
     return float(body.space.comm.allreduce(worst, op=max))
 
 
+def displacement_at(body: Body, place: Sequence[float]) -> Floats:
+    """The displacement of the node nearest to a place, (D) [m]. Collective."""
+    away = np.linalg.norm(body.points - place, axis=1)
+    near = int(np.argmin(away)) if len(away) else 0
+    found = body.space.comm.allgather((float(away[near]), body.displacement[near]) if len(away) else (np.inf, None))
+    nearest: Floats = min(found, key=lambda entry: entry[0])[1]
+    return nearest
+
+
 def unbalanced(H: dict[Any, Rows], lam: Floats) -> float:
     """What is left of force and counterforce, and of their moments about the origin, of the bodies in a contact.
 
@@ -112,11 +121,29 @@ def pressure_at_pole(body: Body, tag: str, places: Floats, lam: Floats, window: 
     """
     moments = trace_moments(body, tag, places, powers)
     inside = (np.abs(places[:, 0]) < window) & (moments[:, 0] > 1e-9 * moments[:, 0].max())
-    scale = window ** (2 * np.arange(powers))
-    weight = 1 / np.sqrt(moments[inside, 0])
-    matrix = moments[inside] / scale * weight[:, None]
-    coefficients = np.linalg.lstsq(matrix, lam[inside] * weight, rcond=None)[0]
-    return float(coefficients[0])
+    return _even_polynomial(moments[inside], lam[inside], window)
+
+
+def multiplier_at_pole(s: Floats, p: Floats, window: float, axisymmetric: bool = False, powers: int = 3) -> float:
+    """p(0) of the even polynomial with ∫ ψ_i p ds = ∫ ψ_i p_h ds in the least-squares sense for s < `window`.
+
+    p_h is linear between its values p at the places s ≥ 0 (c), the hats ψ_i are those of these places. As a projection
+    of the pressure p_h overshoots at a summit, by h²|p″|/12; its moments do not.
+    """
+    s, p = s[np.argsort(s)], p[np.argsort(s)]
+    at, weights = _between(s)
+    weights = weights * (2 * np.pi * at if axisymmetric else 1.0)
+    hats = np.array([np.interp(at, s, e) for e in np.eye(len(s))[s < window]])
+    moments = (hats * weights) @ at[:, None] ** (2 * np.arange(powers))
+    return _even_polynomial(moments, (hats * weights) @ np.interp(at, s, p), window)
+
+
+def _even_polynomial(moments: Floats, values: Floats, window: float) -> float:
+    """The value at 0 of Σ c_m x^{2m} with Σ moments_im c_m = values_i in the weighted least-squares sense."""
+    scale = window ** (2 * np.arange(moments.shape[1]))
+    weight = 1 / np.sqrt(moments[:, 0])
+    matrix = moments / scale * weight[:, None]
+    return float(np.linalg.lstsq(matrix, values * weight, rcond=None)[0][0])
 
 
 def contact_width(points: ContactPoints, lam: Floats, terms: int = 2) -> float:

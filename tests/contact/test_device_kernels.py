@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from contact import device_kernels
-from contact.row_kernels import concave_part
+from contact.row_kernels import braced, concave_part
 from contact.surfaces import Foot
 
+Floats = NDArray[np.float64]
 RNG = np.random.default_rng(0)
 C = 9
 
@@ -57,14 +59,28 @@ def test_offsets() -> None:
     np.testing.assert_array_equal(values, rows)
 
 
-def test_concave_part() -> None:
-    """The negative part by eigenvalues, of curvatures of every sign."""
+def curvatures() -> tuple[Floats, Floats]:
+    """Curvatures of every sign, (60, 3, 3), and their normals."""
     n = RNG.normal(size=(60, 3))
     n /= np.linalg.norm(n, axis=1)[:, None]
     flat = np.eye(3) - n[:, :, None] * n[:, None, :]
     S = RNG.normal(size=(60, 3, 3))
-    curvature = flat @ (S + np.swapaxes(S, 1, 2) + RNG.normal(scale=2, size=60)[:, None, None] * np.eye(3)) @ flat
+    return flat @ (S + np.swapaxes(S, 1, 2) + RNG.normal(scale=2, size=60)[:, None, None] * np.eye(3)) @ flat, n
+
+
+def test_concave_part() -> None:
+    """The negative part by eigenvalues, of curvatures of every sign."""
+    curvature, n = curvatures()
     values, vectors = np.linalg.eigh(curvature)
     expected = (vectors * np.minimum(values, 0.0)[:, None, :]) @ np.swapaxes(vectors, 1, 2)
     assert (values[:, 2] > 1e-9).any() and (values[:, 2] < 1e-9).any() and (values[:, 0] > -1e-9).any()
     np.testing.assert_allclose(concave_part(curvature, n), expected, atol=1e-13)
+
+
+def test_braced() -> None:
+    """The largest eigenvalue, where it is positive, is taken away along the normal."""
+    curvature, n = curvatures()
+    largest = np.linalg.eigvalsh(curvature)[:, 2]
+    assert (largest > 1e-9).any() and (largest < 1e-9).any()
+    expected = curvature - 7.0 * largest[:, None, None] * n[:, :, None] * n[:, None, :]
+    np.testing.assert_allclose(braced(curvature, n, 7.0), expected, atol=1e-13)

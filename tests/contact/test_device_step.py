@@ -7,14 +7,17 @@ import shutil
 import subprocess
 import sys
 from dataclasses import asdict
+from itertools import pairwise
 from pathlib import Path
 
 import device_examples
 import numpy as np
 import pytest
-from device_examples import RADIUS, contact, pushed, run, wire
+from device_examples import RADIUS, pushed, run, wire
+from device_examples import contact as contact_table
 from mpi4py import MPI
 
+import contact.step
 from contact.certificate import Tolerances
 from contact.detection import nearest
 from contact.record import Record, RecordReader, compare
@@ -57,7 +60,7 @@ def pressed(name, **changes):
     supports = [{"at": "start"}, {"at": "end", "displacement": [0.0, 0.0, f"-{way} * t"], "hold": ["z", "y"]}]
     return {
         "body": [wire(supports=supports, loads=loads)],
-        "contact": [contact(surface)],
+        "contact": [contact_table(surface)],
         "time": {"steps": 4},
         **changes,
     }
@@ -118,6 +121,27 @@ def _moment_of_the_load(body, q):
     return np.cross(places, q).sum(axis=0)
 
 
+@pytest.mark.parametrize("name", ["post", "ball"])
+def test_passes_converge_quadratically(name, monkeypatch):
+    """On a wall that bulges towards the wire a pass about squares the residual, once the active set has settled."""
+    passes, certify = [], contact.step.certify
+
+    def watch(system, lin, lam, *rest):
+        found = certify(system, lin, lam, *rest)
+        passes.append((found.residual, np.flatnonzero(lam).tolist()))
+        return found
+
+    monkeypatch.setattr(contact.step, "certify", watch)
+    run(pressed(name))[0].close()
+    orders = [
+        np.log(after) / np.log(before)
+        for (before, one), (after, two) in pairwise(passes)
+        if 1e-6 < before < 1e-2 and one == two
+    ]
+    assert len(orders) >= 4
+    assert min(orders) > 1.4
+
+
 @pytest.mark.parametrize("method", ["gauss-seidel", "lemke", "kkt"])
 def test_methods_agree(method):
     """The same forces by every contact method, to the tolerance of the step."""
@@ -173,7 +197,7 @@ def test_thrown_at_an_obstacle_at_any_speed(kind, diameters):
     count = min(max(4, round(3e-3 / (speed * dt))), 60)
     tables = {
         "body": [wire(velocity=[0.0, 0.0, -speed], rayleigh=[0.0, 1e-4])],
-        "contact": [contact(obstacle)],
+        "contact": [contact_table(obstacle)],
         "time": {"end": count * dt, "steps": count, "integrator": "implicit-euler"},
     }
     above = []

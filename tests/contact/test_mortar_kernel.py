@@ -56,7 +56,7 @@ def _polygon(q: Floats) -> Floats | None:
     return np.asarray(HalfspaceIntersection(planes, best.x[:2]).intersections)
 
 
-def _oracle(x: Floats, y: Floats, n: Floats, dim: int, order: int) -> dict[str, Floats]:
+def _oracle(x: Floats, y: Floats, n: Floats, clearance: Floats, dim: int, order: int) -> dict[str, Floats]:
     """Σ over pieces and polygons of the same integrals, point by point."""
     points, weights = quadrature(dim, RULE)
     pieces = _pieces(dim, order)
@@ -91,7 +91,7 @@ def _oracle(x: Floats, y: Floats, n: Floats, dim: int, order: int) -> dict[str, 
                     "covered": np.array(w * scale),
                     "area": W * psi,
                     "gram": W * np.outer(psi, psi),
-                    "gap": W * psi * foot[dim],
+                    "gap": W * psi * (foot[dim] + N @ clearance),
                     "mean": W * np.outer(psi, nu),
                     "own": W * np.einsum("i,k,d->ikd", psi, N, nu),
                     "other": W * np.einsum("i,k,d->ikd", psi, M, nu),
@@ -107,7 +107,8 @@ def test_integrals(dim: int, order: int) -> None:
     rng = np.random.default_rng(dim + 10 * order)
     for _ in range(3 if dim == 1 else 1):
         x, y, n = _facets(dim, order, rng)
-        expected = _oracle(x, y, n, dim, order)
+        clearance = rng.uniform(0, 0.1, len(x))
+        expected = _oracle(x, y, n, clearance, dim, order)
         pieces = np.ascontiguousarray(_pieces(dim, order))
         corners, corners_m = (
             np.einsum("sqk,kd->sqd", [shape(p, order) for p in pieces], facet)[None] for facet in (x, y)
@@ -123,6 +124,7 @@ def test_integrals(dim: int, order: int) -> None:
             pieces,
             corners_m,
             *quadrature(dim, RULE),
+            clearance[None],
             1.0,
             1.0,
             False,

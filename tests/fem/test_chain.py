@@ -90,6 +90,8 @@ def test_solve(nodes):
     fixed = np.zeros(6 * nodes, dtype=bool)
     fixed[:3] = True
     chain, matrix = filled(fixed=fixed)
+    assert chain.definite
+    assert np.linalg.eigvalsh(matrix)[0] > 0
     B = np.random.default_rng(2).normal(size=(6 * nodes, 4))
     X = chain.solve(B)
     free = np.where(fixed[:, None], 0.0, B)
@@ -127,6 +129,7 @@ def test_an_indefinite_matrix():
     chain.fill(diagonal, upper)
     chain.factor()
     B = np.random.default_rng(4).normal(size=(6 * NODES, 2))
+    assert not chain.definite
     eigenvalues = np.linalg.eigvalsh(matrix)
     assert eigenvalues[0] < 0 < eigenvalues[-1]
     np.testing.assert_allclose(matrix @ chain.solve(B), B, atol=1e-10)

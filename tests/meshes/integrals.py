@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import product
 
 import numpy as np
+import pytest
 
 EDGES = {0: [], 1: [(0, 1)], 2: [(0, 1), (1, 2), (2, 0)], 3: [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]}
 
@@ -61,3 +62,14 @@ def surface(points, facets):
         (n * w[:, None]).sum(axis=(0, 1)),
         float(((x * n).sum(axis=-1) * w).sum()),
     )
+
+
+def closed(mesh):
+    """The tags cover the boundary, each face once and outward."""
+    rows = np.concatenate(list(mesh.facets.values()))
+    named, outer = (f[np.lexsort(np.sort(f[:, : mesh.dim], axis=1).T)] for f in (rows, mesh.boundary()))
+    np.testing.assert_array_equal(named, outer)
+    assert len(rows) == len(mesh.boundary())
+    _, normal, flux = surface(mesh.points, rows)
+    np.testing.assert_allclose(normal, 0, atol=1e-12)
+    assert flux == pytest.approx(mesh.dim * volume(mesh.points, mesh.cells), rel=1e-12)

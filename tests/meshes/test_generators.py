@@ -195,7 +195,8 @@ def test_cells_behind_a_strongly_curved_boundary_are_not_inverted(shape):
 
 
 def test_every_shape_is_covered():
-    elsewhere = {"interval", "domed-block", "tube-wall", "vessel-wall"}
+    elsewhere = {"interval", "domed-block", "catheter", "balloon", "blunt-tip"}
+    elsewhere |= {"tube-wall", "vessel-wall", "bifurcation-wall", "aneurysm-wall"}
     assert {name.split()[0] for name in SHAPES} | elsewhere == set(GENERATORS)
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from test_cases import solve, within
 
-from validation.case import CASES
+from validation.case import CASES, fitted_rate
 
 
 @pytest.mark.parametrize("order", [1, 2])
@@ -26,3 +26,45 @@ def test_patch_on_either_side(dim: str, side: str, multiplier: str) -> None:
     """Whichever body has the multipliers, and whichever basis."""
     _, found = solve("patch", 1 / 5, dim=dim, side=side, multiplier=multiplier, cells="free", tilt=10.0)
     within(found, {"force": 1e-10, "pressure_error": 1e-10, "displacement_error": 1e-10, "unbalanced": 1e-12})
+
+
+@pytest.mark.parametrize(
+    ("name", "h", "changes", "bounds"),
+    [
+        # 16 times what is asked at 1/80: force 2e-4, p(0) 5e-4; axisymmetric 5e-4 and 1e-3
+        ("hertz-line", 1 / 20, {"E1": 1.0, "E2": 1.0}, {"force": 3.2e-3, "p0": 8e-3, "half_width": 0.028}),
+        ("hertz-line", 1 / 20, {"E1": 1e6, "E2": 1.0}, {"force": 3.2e-3, "p0": 8e-3, "half_width": 0.028}),
+        ("hertz-line", 1 / 20, {"E1": 1.0, "E2": 30.0, "nu2": 0.1, "a": 0.28}, {"force": 3.2e-3, "p0": 8e-3}),
+        ("hertz-point", 1 / 20, {"E1": 10.0, "E2": 1.0}, {"force": 8e-3, "p0": 1.6e-2, "radius": 0.028}),
+        ("hertz-point", 1 / 20, {"E1": 1.0, "E2": 1.0, "multiplier": "dual"}, {"force": 8e-3, "p0": 1.6e-2}),
+        ("wavy", 1 / 20, {"E1": 50.0, "wavelength": 1.1}, {"p0": 1e-3, "valley": 2e-2, "pressure_error": 4e-2}),
+    ],
+    ids=str,
+)  # fmt: skip
+def test_coarse(name: str, h: float, changes: dict[str, Any], bounds: dict[str, float]) -> None:
+    """Errors at a coarse level, also at other parameters than the catalogue's; action and reaction."""
+    within(solve(name, h, **changes)[1], {**bounds, "unbalanced": 1e-12})
+
+
+@pytest.mark.parametrize("name", ["hertz-line", "hertz-point"])
+def test_swapping_the_multiplier_side(name: str) -> None:
+    """It changes the force by less than the error that is allowed, at 1/40 four times that at 1/80."""
+    forces = [solve(name, 1 / 40, E1=10.0, E2=1.0, side=side)[1]["force"] for side in ("body", "other")]
+    assert abs(forces[0].computed - forces[1].computed) <= 4 * forces[0].tolerance * forces[0].exact
+
+
+def test_rates_of_the_waves() -> None:
+    """P2: the multiplier converges in L² as h, displacements as h²; the printed p̄, p(0) and gap in the valley."""
+    sizes = [1 / 20, 1 / 40, 1 / 80]
+    found = [solve("wavy", h)[1] for h in sizes]
+    assert fitted_rate(sizes, [f["pressure_error"].error for f in found]) == pytest.approx(1.0, abs=0.1)
+    assert fitted_rate(sizes, [f["displacement_error"].error for f in found]) == pytest.approx(2.0, abs=0.1)
+    within(found[-1], {"p0": 1e-4, "pressure_error": 5e-3, "mean_pressure": 1e-10, "unbalanced": 1e-12})
+    for quantity, value in {"mean_pressure": 0.02259559, "p0": 0.05585938, "valley": 0.002929324}.items():
+        assert found[0][quantity].exact == pytest.approx(value, rel=2e-7)
+
+
+def test_one_body_of_two() -> None:
+    """E1 without E2."""
+    with pytest.raises(ValueError, match=r"E1 = 2.0, E2 = 0.0: must be given together"):
+        solve("hertz-line", 1 / 10, E1=2.0)

@@ -7,10 +7,12 @@ from numpy.typing import NDArray
 
 from contact.surfaces import Graph
 from validation.case import Quantity, Run, case
+from validation.cases.interfaces import PAIR, half_box, interface, two_bodies
 from validation.exact.axisymmetric import AxisymmetricContact
 from validation.exact.hertz_point import HertzPoint
 from validation.exact.punches import Cone, FlatPunch
-from validation.measure import contact_width, pressure_at_pole
+from validation.exact.two_bodies import TwoBodies, below
+from validation.measure import contact_width, multiplier_at_pole, pressure_at_pole, pressure_width, unbalanced
 
 Floats = NDArray[np.float64]
 
@@ -47,12 +49,14 @@ def _section(
 
 @case(
     "hertz-point",
-    {"E": 1.0, "nu": 0.3, "R": 1.0, "a": 0.3, "model": "axisymmetric", "constraint": "nodal"},
+    {"E": 1.0, "nu": 0.3, "R": 1.0, "a": 0.3, "model": "axisymmetric", "constraint": "nodal", **PAIR},
     levels=lambda p: (1 / 40,) if p["model"] == "3d" else (1 / 80,),
-    variants=({}, {"model": "3d"}),
+    variants=({}, {"model": "3d"}, {"E1": 1.0, "E2": 1.0}, {"E1": 1e3, "E2": 1.0}),
 )
 def hertz_point(run: Run) -> list[Quantity]:
-    """Hertz's point contact with a paraboloid, `model` axisymmetric or 3d: force, approach, pressure at the pole."""
+    """Hertz's point contact, `model` axisymmetric or 3d: a body (E, nu) on a rigid paraboloid, or E1 …, E2 … on it."""
+    if two_bodies(run):
+        return _hertz_point_pair(run)
     exact = HertzPoint(**run.values("E", "nu", "R", "a"))
     if run["model"] not in ("axisymmetric", "3d"):
         raise ValueError(f"hertz-point: model = {run['model']}: must be axisymmetric or 3d")
@@ -69,6 +73,40 @@ def hertz_point(run: Run) -> list[Quantity]:
         Quantity("force", lam.sum(), exact.P, 1e-4),
         Quantity("p0", p0, exact.p0, 1e-3),
         Quantity("radius", contact_width(solved.points(), lam), run["a"], 2e-3),
+    ]
+
+
+def _hertz_point_pair(run: Run) -> list[Quantity]:
+    """Two cylinders with cells of size h and 4h/5, each moved on its far sides as its half-space moves.
+
+    The paraboloid is the initial clearance of two plane faces, less the approach; each body's field has its share.
+    """
+    if run["model"] != "axisymmetric":
+        raise ValueError(f"hertz-point: model = {run['model']}: must be axisymmetric with two bodies")
+    pair, R = TwoBodies(**run.values("E1", "nu1", "E2", "nu2")), run["R"]
+    halves = [
+        HertzPoint(E=run[f"E{i}"], nu=run[f"nu{i}"], a=run["a"], R=R / share) for i, share in enumerate(pair.shares, 1)
+    ]
+    approach = sum(half.delta for half in halves)
+
+    def paraboloid(x: Floats, t: float) -> Floats:
+        gap: Floats = x[:, 0] ** 2 / (2 * R) - approach
+        return gap
+
+    solved = run.solve(
+        body=[
+            half_box(run, "upper", run.h, halves[0].displacement, "axisymmetric", "r"),
+            half_box(run, "lower", run.h / 1.25, below(halves[1].displacement), "axisymmetric", "r"),
+        ],
+        contact=[interface(run, paraboloid, 1 / R, approach)],
+    )
+    constraints, lam = solved.result.linearisation.constraints[0], solved.forces()
+    r, p = constraints.places[:, 0], lam / constraints.areas
+    return [
+        Quantity("force", lam.sum(), halves[0].P, 5e-4),
+        Quantity("p0", multiplier_at_pole(r, p, 0.5 * run["a"], axisymmetric=True), halves[0].p0, 1e-3),
+        Quantity("radius", pressure_width(r, p, axisymmetric=True), run["a"], 5e-3),
+        Quantity("unbalanced", unbalanced(constraints.H, lam), 0.0, 1e-12),
     ]
 
 

@@ -6,11 +6,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from validation.case import Quantity, Run, case
+from validation.cases.interfaces import PAIR, fine_above, fine_below, half_box, interface, two_bodies
 from validation.exact.half_plane import HalfPlane
 from validation.exact.hertz_line import HertzLine
 from validation.exact.punches import Wedge
 from validation.exact.transition import Transition
-from validation.measure import contact_width, h1_error, pressure_at_pole
+from validation.exact.two_bodies import TwoBodies, below
+from validation.exact.wavy import Wavy
+from validation.measure import (
+    contact_width,
+    displacement_at,
+    h1_error,
+    l2_error,
+    multiplier_at_pole,
+    pressure_at_pole,
+    pressure_error,
+    pressure_width,
+    unbalanced,
+)
 
 Floats = NDArray[np.float64]
 
@@ -103,13 +116,15 @@ def transition(run: Run) -> list[Quantity]:
 
 @case(
     "hertz-line",
-    {"E": 1.0, "nu": 0.3, "R": 1.0, "a": 0.3, "constraint": "nodal"},
+    {"E": 1.0, "nu": 0.3, "R": 1.0, "a": 0.3, "constraint": "nodal", **PAIR},
     levels=(1 / 80,),
     orders=(1, 2),
-    variants=({}, {"a": 0.2953}, {"a": 0.3047}),
+    variants=({}, {"a": 0.2953}, {"a": 0.3047}, *({"E1": ratio, "E2": 1.0} for ratio in (1.0, 10.0, 1e3, 1e6))),
 )
 def hertz_line(run: Run) -> list[Quantity]:
-    """Hertz's line contact with a parabola: force, pressure at the pole, half-width."""
+    """Hertz's line contact: a body (E, nu) on a rigid parabola, or where E1 and E2 are given two elastic bodies."""
+    if two_bodies(run):
+        return _hertz_line_pair(run)
     exact = HertzLine(**run.values("E", "nu", "R", "a"))
     solved = run.solve(**_half_model(run, exact, {"kind": "paraboloid", "origin": [0.0, 0.0], "radius": run["R"]}))
     body, lam = solved.system.bodies[0], solved.forces()
@@ -126,6 +141,99 @@ def hertz_line(run: Run) -> list[Quantity]:
         Quantity("half_width", contact_width(solved.points(), lam), run["a"], 5e-3),
         Quantity("h1_error", error / exact.h1_seminorm(0.0, 1.0, 1.0), 0.0, 2e-3 if run.order == 2 else 3e-2),
     ]
+
+
+def _hertz_line_pair(run: Run) -> list[Quantity]:
+    """Half of two unit boxes with cells of size h and 4h/5, each moved on its far sides as its half-plane moves.
+
+    The parabola is the initial clearance of two plane faces; each body's field has its share of it.
+    """
+    pair = TwoBodies(**run.values("E1", "nu1", "E2", "nu2"))
+    halves = [
+        HertzLine(E=run[f"E{i}"], nu=run[f"nu{i}"], a=run["a"], R=run["R"] / share)
+        for i, share in enumerate(pair.shares, 1)
+    ]
+    R = run["R"]
+    solved = run.solve(
+        body=[
+            half_box(run, "upper", run.h, halves[0].displacement, "plane-strain", "x"),
+            half_box(run, "lower", run.h / 1.25, below(halves[1].displacement), "plane-strain", "x"),
+        ],
+        contact=[interface(run, lambda x, t: x[:, 0] ** 2 / (2 * R), 1 / R)],
+    )
+    constraints, lam = solved.result.linearisation.constraints[0], solved.forces()
+    coarse = 1.0 if run.order == 2 else 5.0
+    x, p = constraints.places[:, 0], lam / constraints.areas
+    return [
+        Quantity("force", 2 * lam.sum(), halves[0].P, coarse * 2e-4),
+        Quantity("p0", multiplier_at_pole(x, p, 0.5 * run["a"]), halves[0].p0, coarse * 5e-4),
+        Quantity("half_width", pressure_width(x, p), run["a"], 5e-3),
+        Quantity("pressure_error", pressure_error(x, p, halves[0].pressure, run["a"]), 0.0, 2e-2),
+        Quantity("unbalanced", unbalanced(constraints.H, lam), 0.0, 1e-12),
+    ]
+
+
+@case(
+    "wavy",
+    {
+        "E1": 2.0, "nu1": 0.3, "E2": 2.0, "nu2": 0.3, "wavelength": 1.0, "amplitude": 0.01, "a": 0.3,
+        "multiplier": "vertex", "side": "auto",
+    },
+    levels=(1 / 20, 1 / 40, 1 / 80),
+    rates={"pressure_error": {2: (1.0, 0.1)}, "displacement_error": {2: (2.0, 0.1)}},
+)  # fmt: skip
+def wavy(run: Run) -> list[Quantity]:
+    """Westergaard's waves: two free bodies pressed together, half a period of them, two periods high.
+
+    The waves Δ(1 − cos 2πx/λ) are the initial clearance of two plane faces, h is given for λ = 1.
+    """
+    pair = TwoBodies(**run.values("E1", "nu1", "E2", "nu2"))
+    period, amplitude = run["wavelength"], run["amplitude"]
+    halves = [
+        Wavy(E=run[f"E{i}"], nu=run[f"nu{i}"], wavelength=period, amplitude=amplitude * share, a=run["a"])
+        for i, share in enumerate(pair.shares, 1)
+    ]
+
+    def waves(x: Floats, t: float) -> Floats:
+        gap: Floats = amplitude * (1 - np.cos(2 * np.pi * x[:, 0] / period))
+        return gap
+
+    solved = run.solve(
+        body=[_tower(run, "upper", 1, run.h, halves[0].p_mean), _tower(run, "lower", 2, run.h / 1.5, halves[0].p_mean)],
+        contact=[interface(run, waves, amplitude * (2 * np.pi / period) ** 2)],
+    )
+    constraints, lam = solved.result.linearisation.constraints[0], solved.forces()
+    x, p = constraints.places[:, 0], lam / constraints.areas
+    fields = halves[0].displacement, below(halves[1].displacement)
+    edge = [period / 2, 0.0]
+    apart = [displacement_at(body, edge)[1] for body in solved.system.bodies]
+    coarse = 80 * run.h
+    return [
+        Quantity("mean_pressure", lam.sum() / constraints.areas.sum(), halves[0].p_mean, 1e-10),
+        Quantity("p0", multiplier_at_pole(x, p, 0.5 * run["a"]), halves[0].p0, 1e-4 * coarse),
+        Quantity("half_width", pressure_width(x, p, terms=4), run["a"], 5e-3 * coarse),
+        Quantity("valley", 2 * amplitude + apart[0] - apart[1], sum(half.valley for half in halves), 5e-4 * coarse**2),
+        Quantity("pressure_error", pressure_error(x, p, halves[0].pressure, run["a"]), 0.0, 5e-3 * coarse),
+        Quantity("displacement_error", l2_error(solved.system.bodies, fields, free=1), 0.0, 3e-5 * coarse**2),
+        Quantity("unbalanced", unbalanced(constraints.H, lam), 0.0, 1e-12),
+    ]
+
+
+def _tower(run: Run, name: str, number: int, h: float, pressure: float) -> dict[str, object]:
+    """Half a period of a body, above or below y = 0, between rollers under a pressure on its far side."""
+    upper, period = number == 1, run["wavelength"]
+    height = 2 * period
+    cells = [max(2, round(0.5 / h)), max(4, round(0.75 / h))]
+    return {
+        "name": name,
+        "mesh": {
+            "shape": "box", "size": [0.5 * period, height], "origin": [0.0, 0.0 if upper else -height], "n": cells,
+            "order": run.order, "structured": True, "grading": [1.0, fine_below if upper else fine_above],
+        },
+        "material": {"E": run[f"E{number}"], "nu": run[f"nu{number}"], "state": "plane-strain"},
+        "supports": [{"tag": tag, "component": "x"} for tag in ("left", "right")],
+        "loads": [{"kind": "pressure", "tag": "top" if upper else "bottom", "value": pressure}],
+    }  # fmt: skip
 
 
 @case(
