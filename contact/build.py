@@ -60,13 +60,14 @@ def build(scene: Scene, comm: Any, folder: Path = Path(), clock: Clock | None = 
     scheme = scene.time.integrator
     dynamic = scheme != "static"
     bodies: dict[str, Any] = {}
+    walls = _walls(scene)
     for table in scene.bodies:
         if isinstance(table, BeamTable):
             from contact.build_devices import beam_of  # compiled kernels: only where a beam is named
 
             bodies[table.name] = beam_of(table, dynamic, folder)
         else:
-            bodies[table.name] = _body(table, comm, folder, dynamic)
+            bodies[table.name] = _body(table, comm, folder, dynamic, table.name in walls)
     if scheme == "midpoint" and any(isinstance(table, BeamTable) for table in scene.bodies):
         raise ValueError("time.integrator = 'midpoint': a beam moves by 'implicit-euler'")
     touched = {c.body for c in scene.contacts} | {c.other for c in scene.contacts}
@@ -76,7 +77,12 @@ def build(scene: Scene, comm: Any, folder: Path = Path(), clock: Clock | None = 
                 f"body {name!r}: {body.modes.shape[1]} rigid motion(s) that no support and no contact can hold; "
                 "add supports or a contact"
             )
-    pairs = [pair for table in scene.contacts for pair in _pairs(table, bodies, folder)]
+    if walls:
+        from contact.body_surface import surfaces_of
+
+        for name, tags in walls.items():
+            walls[name] = dict(zip(tags, surfaces_of(bodies[name], list(tags)), strict=True))
+    pairs = [pair for table in scene.contacts for pair in _pairs(table, bodies, walls, folder)]
     if scheme == "midpoint":
         for contact in scene.contacts:
             body = bodies[contact.body]
@@ -84,7 +90,16 @@ def build(scene: Scene, comm: Any, folder: Path = Path(), clock: Clock | None = 
     return System(comm, list(bodies.values()), pairs, clock, INTEGRATORS[scheme])
 
 
-def _body(table: BodyTable, comm: Any, folder: Path, dynamic: bool) -> Body:
+def _walls(scene: Scene) -> dict[str, dict[str, Any]]:
+    """The bodies, and their tags, that beams touch."""
+    walls: dict[str, dict[str, Any]] = {}
+    for contact in scene.contacts:
+        if contact.tag is None and isinstance(contact.surface, BodySurfaceTable):
+            walls.setdefault(contact.surface.body, {})[contact.surface.tag] = None
+    return walls
+
+
+def _body(table: BodyTable, comm: Any, folder: Path, dynamic: bool, wall: bool = False) -> Body:
     mesh = on_root(comm, lambda: _mesh(table, folder))
     dim = comm.bcast(None if mesh is None else mesh.dim)
     material = table.material
@@ -113,7 +128,8 @@ def _body(table: BodyTable, comm: Any, folder: Path, dynamic: bool) -> Body:
                 f"body {table.name!r}: formulation = 'mixed' needs a second-order mesh, and not plane stress"
             )
         space = Space(comm, mesh, components, mixed)
-        return Body(table.name, space, _elasticity(table, material, space), supports, loads, **motion)
+        kind = _wall_class() if wall else Body
+        return kind(table.name, space, _elasticity(table, material, space), supports, loads, **motion)
     assert isinstance(material, Tension)
     if dim != (2 if table.kind == "membrane" else 1):
         raise ValueError(f"body {table.name!r}: a {table.kind} does not have a mesh of dimension {dim}")
@@ -154,6 +170,12 @@ def _elasticity(table: BodyTable, material: Elastic, space: Space) -> Elasticity
         )
     parts = [(law(moduli), known[name]) for name, moduli in material.regions.items()]
     return Regions([*parts, (law(material), np.flatnonzero(laws == 0))] if none else parts)
+
+
+def _wall_class() -> type[Body]:
+    from fem.wall import Wall  # compiled kernels: only where a beam touches a solid
+
+    return Wall
 
 
 def _mesh(table: BodyTable, folder: Path) -> Mesh:
@@ -213,15 +235,17 @@ def field(value: Any) -> Any:
     return value
 
 
-def _pairs(table: ContactTable, bodies: dict[str, Any], folder: Path) -> list[Pair]:
+def _pairs(table: ContactTable, bodies: dict[str, Any], walls: dict[str, dict[str, Any]], folder: Path) -> list[Pair]:
     body = bodies[table.body]
     if table.tag is None:  # a beam's
         from contact.build_devices import device_contact
 
         _check_dimensions(table, 3)
         if isinstance(table.surface, BodySurfaceTable):
-            raise ValueError(f"contact {table.name!r}: surface.kind = 'body': not of a beam")
-        return [device_contact(table, body, surface_of(table.surface, folder)) for _ in range(table.copies)]
+            surface = walls[table.surface.body][table.surface.tag]
+        else:
+            surface = surface_of(table.surface, folder)
+        return [device_contact(table, body, surface) for _ in range(table.copies)]
     if isinstance(table.surface, BodySurfaceTable):
         return [_between(table, table.tag, table.surface, bodies) for _ in range(table.copies)]
     points = {"nodal": nodal, "mortar": mortar}[table.constraint](body, table.tag)

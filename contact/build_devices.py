@@ -23,7 +23,7 @@ from contact.scene_devices import (
     PolylineTable,
     SectionTable,
 )
-from contact.surfaces import Surface
+from contact.scene_surfaces import BodySurfaceTable
 from fem.beam import Beam
 from fem.beam_element import beam_data
 from fem.beam_parts import BeamInertia, BeamLoads, Drive
@@ -212,7 +212,7 @@ def _function(values: list[Any]) -> Callable[[float], Floats]:
     return function
 
 
-def device_contact(table: ContactTable, body: Beam, surface: Surface) -> DeviceContact:
+def device_contact(table: ContactTable, body: Beam, surface: Any) -> DeviceContact:
     """The contact of a beam, sampled so often per element or at a spacing along its length."""
     arc, elements = np.append(0.0, np.cumsum(body.data.length)), len(body.data.length)
     if table.spacing is None:
@@ -220,4 +220,8 @@ def device_contact(table: ContactTable, body: Beam, surface: Surface) -> DeviceC
         places = np.interp(each, np.arange(elements + 1), arc)
     else:
         places = np.linspace(0.0, arc[-1], max(round(arc[-1] / table.spacing), 1) + 1)
+    if isinstance(table.surface, BodySurfaceTable):
+        from contact.wall_contact import WallContact
+
+        return WallContact(table.name, body, surface, places, table.interference)
     return DeviceContact(table.name, body, surface, places, table.interference)

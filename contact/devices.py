@@ -156,12 +156,16 @@ class DeviceContact:
         before = self.known[rows]
         self._find(rows, x, guess)
         now = self.known[rows]
-        lost = np.abs(now - before) > way + self._rounding
+        lost = np.abs(now - before) > way + self._slack(rows)
         if lost.any():
             self._find(rows[lost], x[lost], None)
         far = now > 4 * self._length
         if far.any():
             self._followed[rows[far]] = False
+
+    def _slack(self, rows: Ints) -> Floats | float:
+        """How much gaps may have changed without a motion of the points: by round-off."""
+        return self._rounding
 
     def _find(self, rows: Ints, x: Floats, guess: Floats | None) -> None:
         """The closest points of some points at x."""

@@ -11,6 +11,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from contact import row_kernels
+from contact.rows import Solved
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -18,7 +19,7 @@ Bools = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
-class ElementRows:
+class ElementRows(Solved):
     """Rows with entries at neighbouring unknowns: of points on a chain of elements.
 
     values : (c, w) the entries of each row

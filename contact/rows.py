@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, Self
@@ -23,6 +24,15 @@ class Rows(Protocol):
 
     def apply(self, u: Floats) -> Floats:
         """H u, (c)."""
+
+    def at(self, body: Any) -> Floats:
+        """H u at the body's present unknowns, as far as this rank's make it, (c)."""
+
+    def free_motion(self, body: Any, lam: Floats) -> None:
+        """Bring the body to its free configuration with the forces Hᵀ λ in it. Collective."""
+
+    def correct(self, body: Any, lam: Floats, increment: Floats) -> None:
+        """Move the body by A⁻¹ Hᵀ λ and an increment (n). Collective."""
 
     def apply_transpose(self, lam: Floats) -> Floats:
         """Hᵀ λ, (n)."""
@@ -52,8 +62,32 @@ class Rows(Protocol):
         """The same as a sparse matrix."""
 
 
+class Solved(ABC):
+    """Of rows whose forces move a body by a solve."""
+
+    @abstractmethod
+    def apply(self, u: Floats) -> Floats:
+        """H u."""
+
+    @abstractmethod
+    def apply_transpose(self, lam: Floats) -> Floats:
+        """Hᵀ λ."""
+
+    def at(self, body: Any) -> Floats:
+        """H u at the body's coordinates."""
+        return self.apply(body.coordinates())
+
+    def free_motion(self, body: Any, lam: Floats) -> None:
+        """The free motion with contact forces Hᵀ λ."""
+        body.free_motion(self.apply_transpose(lam))
+
+    def correct(self, body: Any, lam: Floats, increment: Floats) -> None:
+        """Move by A⁻¹ Hᵀ λ + increment."""
+        body.correct(increment + body.solve(self.apply_transpose(lam)[:, None])[:, 0])
+
+
 @dataclass(frozen=True)
-class SparseRows:
+class SparseRows(Solved):
     """Rows of any shape, `matrix` (c, n)."""
 
     matrix: sp.csr_array
@@ -74,9 +108,7 @@ class SparseRows:
 
     def without(self, fixed: Bools) -> SparseRows:
         """The rows with the columns of unknowns marked emptied."""
-        result = self.matrix @ sp.diags_array((~fixed).astype(float), format="csr")
-        result.eliminate_zeros()
-        return SparseRows(result.tocsr())
+        return SparseRows(columns_of(self.matrix, ~fixed))
 
     def touching(self) -> Bools:
         """Rows with entries."""
@@ -122,3 +154,10 @@ def owned_rows(space: Space, count: int, rows: Ints, unknowns: Ints, values: Flo
     pointer, indices, data = Ht.getValuesCSR()
     Ht.destroy()
     return sp.csr_array((data, indices, pointer), shape=(space.owned, count)).T.tocsr()
+
+
+def columns_of(matrix: sp.csr_array, which: Bools) -> sp.csr_array:
+    """The matrix with the other columns emptied."""
+    result = matrix @ sp.diags_array(which.astype(float), format="csr")
+    result.eliminate_zeros()
+    return result.tocsr()

@@ -214,7 +214,7 @@ class System:
         self._base = found.base = lam
         with self.clock("factor"):
             for body in self.bodies:
-                body.free_motion(found.free[body].apply_transpose(lam))
+                found.free[body].free_motion(body, lam)
 
     def state(self) -> list[Any]:
         """What a step that fails must give back."""
@@ -327,7 +327,7 @@ class System:
         """δ = H u + offset for all constraints."""
         gaps = lin.offset
         for body, h in lin.H.items():
-            gaps = gaps + total(body.comm, h.apply(body.coordinates()))
+            gaps = gaps + total(body.comm, h.at(body))
         return gaps
 
     def correct(self, lin: Linearisation, solution: Solution) -> None:
@@ -341,8 +341,9 @@ class System:
                 increment = body.modes @ solution.alpha[mode : mode + m]
                 mode += m
                 if body in lin.W.H:
-                    increment = increment + body.solve(lin.W.H[body].apply_transpose(change)[:, None])[:, 0]
-                body.correct(increment)
+                    lin.W.H[body].correct(body, change, increment)
+                else:
+                    body.correct(increment)
         for pair in self.pairs:
             pair.moved()
 
@@ -376,10 +377,10 @@ def _join(body: Body, parts: list[Constraints]) -> Rows:
     sample = next((rows for rows in given if rows is not None), None)
     if sample is None:
         return SparseRows(sp.csr_array((sum(part.count for part in parts), body.space.owned)))
-    first, *others = [
-        sample.blank(part.count) if rows is None else rows for rows, part in zip(given, parts, strict=True)
-    ]
-    return first.join(others)
+    every = [sample.blank(part.count) if rows is None else rows for rows, part in zip(given, parts, strict=True)]
+    if len({type(rows) for rows in every}) > 1:
+        every = [SparseRows(rows.sparse()) for rows in every]
+    return every[0].join(every[1:])
 
 
 def _matrix(rows: Rows, body: Body) -> Any:
