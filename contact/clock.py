@@ -10,7 +10,7 @@ output : writing the record
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from time import perf_counter
 
@@ -18,12 +18,16 @@ PHASES = ("assemble", "factor", "detect", "delassus", "solve", "output")
 
 
 class Clock:
-    """Adds up the time spent in each phase; a phase inside another interrupts it, so that their sum is the whole."""
+    """Adds up the time spent in each phase; a phase inside another interrupts it, so that their sum is the whole.
 
-    def __init__(self) -> None:
+    `now` tells the time [s]: that on the wall, if it is not given.
+    """
+
+    def __init__(self, now: Callable[[], float] | None = None) -> None:
         self.seconds = dict.fromkeys(PHASES, 0.0)
         self._running: list[str] = []
-        self._since = self._start = perf_counter()
+        self._now = now or perf_counter
+        self._since = self._start = self._now()
 
     @contextmanager
     def __call__(self, phase: str) -> Iterator[None]:
@@ -37,14 +41,14 @@ class Clock:
             self._running.pop()
 
     def _charge(self) -> None:
-        now = perf_counter()
+        now = self._now()
         if self._running:
             self.seconds[self._running[-1]] += now - self._since
         self._since = now
 
     def lap(self) -> dict[str, float]:
-        """Seconds per phase and `total` (wall time without output) since the last lap; starts anew."""
-        now = perf_counter()
+        """Seconds per phase and `total` (without output) since the last lap; starts anew."""
+        now = self._now()
         lap = {**self.seconds, "total": now - self._start - self.seconds["output"]}
         self.seconds = dict.fromkeys(PHASES, 0.0)
         self._start = now

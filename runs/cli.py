@@ -53,6 +53,25 @@ def parser() -> Parser:
     validate.add_argument("--json", action="store_true", help="one JSON object per case and level")
     validate.add_argument("-o", dest="output", metavar="DIR", help="keep the JSON lines in DIR/validate.jsonl")
 
+    study = commands.add_parser("study", help="error against run time: a table, pictures and a page")
+    study.add_argument("cases", nargs="+", metavar="CASE")
+    study.add_argument("--methods", metavar="M,…", help=f"of {', '.join(METHODS)} (default: all but kkt)")
+    study.add_argument("--levels", type=int, default=5, metavar="K", help="mesh sizes a case (default: 5)")
+    study.add_argument("--jobs", type=int, default=1, metavar="J", help="processes at a time (default: 1)")
+    study.add_argument("--repeat", type=int, default=3, metavar="R", help="timed runs each, at most (default: 3)")
+    study.add_argument("--seed", type=int, default=0, metavar="S", help="of the order of the runs (default: 0)")
+    study.add_argument("--limit", type=float, default=60.0, metavar="T", help="CPU seconds of one run (default: 60)")
+    study.add_argument(
+        "--record",
+        type=float,
+        default=20.0,
+        metavar="T",
+        help="CPU seconds of each scene whose contact problems are recorded; 0: none (default: 20)",
+    )
+    study.add_argument("--set", dest="changes", action="append", default=[], metavar="KEY=VALUE")
+    study.add_argument("-o", dest="output", default="study", metavar="DIR", help="a study's folder (default: study)")
+    study.add_argument("--json", action="store_true", help="print the tables")
+
     show = commands.add_parser("show", help="what a record holds")
     show.add_argument("record", metavar="FILE")
     show.add_argument("--steps", action="store_true")
@@ -100,6 +119,10 @@ def _dispatch(arguments: argparse.Namespace, petsc_options: list[str]) -> int:
         from runs import validate
 
         return validate.command(arguments)
+    if arguments.command == "study":
+        from runs import study
+
+        return study.command(arguments)
     from runs import scenes
 
     return scenes.command(arguments, petsc_options)

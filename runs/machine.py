@@ -22,7 +22,6 @@ def machine() -> dict[str, str | float]:
         "cores": os.cpu_count() or 1,
         "memory [GiB]": round(memory, 1),
         "system": f"{platform.system()} {platform.machine()}",
-        "threads a process": os.environ.get("OMP_NUM_THREADS", "not limited"),
     }
 
 

@@ -16,7 +16,7 @@ from tqdm import tqdm
 import validation.cases  # noqa: F401  enters the cases into the catalogue
 from contact.scene import first_error
 from contact.solvers.problem import ContactNotConvergedError, InfeasibleError
-from validation.case import CASES, Case, Parameter, Quantity, Run, fitted_rate, quantity_entry
+from validation.case import CASES, Case, Parameter, Quantity, Run, fitted_rate, plain, quantity_entry
 
 
 def command(arguments: argparse.Namespace) -> int:
@@ -29,7 +29,7 @@ def command(arguments: argparse.Namespace) -> int:
     if arguments.list:
         _list(names, comm)
         return 0
-    changes = dict(_change(text) for text in arguments.changes)
+    changes = dict(change(text) for text in arguments.changes)
     runs = [run for name in names for run in plan(CASES[name], comm, changes, arguments)]
     folder = Path(arguments.output) if arguments.output else None
     if folder:
@@ -116,7 +116,8 @@ def _add_rates(run: Run, reports: list[dict[str, Any]]) -> None:
         last["passed"] = last["passed"] and quantity.passed
 
 
-def _change(text: str) -> tuple[str, Parameter]:
+def change(text: str) -> tuple[str, Parameter]:
+    """A parameter and its value from KEY=VALUE; ValueError where it is none."""
     key, equals, value = text.partition("=")
     if not equals:
         raise ValueError(f"--set {text!r}: must be KEY=VALUE")
@@ -138,15 +139,8 @@ def _list(names: list[str], comm: Any) -> None:
 
 
 def _json(report: dict[str, Any]) -> str:
-    """A report on one line: numpy's scalars as plain ones, and null for what is not a number."""
-    return json.dumps(_plain(report))
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _plain(entry) for key, entry in value.items()}
-    value = value.item() if hasattr(value, "item") else value
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    """A report on one line."""
+    return json.dumps(plain(report))
 
 
 def text_of(report: dict[str, Any]) -> str:

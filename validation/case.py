@@ -52,6 +52,8 @@ class Case:
     parameters : the symbols of the catalogue with their default values, and words such as ``constraint``
     levels : default mesh sizes h [m], coarse to fine, or a function of the parameters; empty where no mesh is to choose
     variants : changes of the parameters that a run without any goes through
+    studied : changes of the parameters that a study of error against run time goes through; the first variant if empty
+    study : as `levels`, the mesh sizes of such a study; if empty they follow from `levels`
     rates : for quantities whose convergence is claimed over the levels, by order of the elements: (rate, tolerance);
         or a function of the parameters
     """
@@ -61,6 +63,8 @@ class Case:
     parameters: dict[str, Parameter]
     levels: tuple[float, ...] | Callable[[dict[str, Parameter]], tuple[float, ...]] = ()
     variants: tuple[dict[str, Parameter], ...] = ({},)
+    studied: tuple[dict[str, Parameter], ...] = ()
+    study: tuple[float, ...] | Callable[[dict[str, Parameter]], tuple[float, ...]] = ()
     orders: tuple[int, ...] = (2,)
     rates: Rates | Callable[[dict[str, Parameter]], Rates] = field(default_factory=dict)
     n_to_h: Callable[[int], float] | None = None
@@ -153,16 +157,26 @@ class Solved:
 class Run:
     """One case at one level: parameters, resolution and method; it solves the case's scene and keeps what that took.
 
-    Collective on `comm`.
+    `seconds` are those of all its steps by phase, `building` those from the scenes to bodies and contacts, meshes
+    included; `now` tells the time, that on the wall if it is not given. Collective on `comm`.
     """
 
     def __init__(
-        self, case: Case, comm: Any, parameters: dict[str, Parameter], h: float, order: int, method: str
+        self,
+        case: Case,
+        comm: Any,
+        parameters: dict[str, Parameter],
+        h: float,
+        order: int,
+        method: str,
+        now: Callable[[], float] | None = None,
     ) -> None:
         self.case, self.comm, self.parameters = case, comm, parameters
         self.h, self.order, self.method = h, order, method
         self.solved: Solved | None = None
-        self.seconds: dict[str, float] = {}
+        self.seconds = dict.fromkeys((*PHASES, "total"), 0.0)
+        self.building = 0.0
+        self._now = now
 
     def __getitem__(self, name: str) -> Any:
         return self.parameters[name]
@@ -173,16 +187,20 @@ class Run:
 
     def solve(self, **scene: Any) -> Solved:
         """Build and solve a scene given by its tables, to residuals of 1e-8. Collective."""
-        clock = Clock()
+        clock = Clock(self._now)
         model = Scene.model_validate({"solver": {"method": self.method}, **scene})
         system = build(model, self.comm, clock=clock)
-        clock.lap()
+        self.building += clock.lap()["total"]
         system.prepare()
         exact = Tolerances(surface_error=1e-8, penetration=1e-8)
         end, method = model.time.end, model.solver.method
         self.solved = Solved(system, step(system, end, end, method, tolerances=exact))
-        self.seconds = clock.lap()
+        self._count(clock.lap())
         return self.solved
+
+    def _count(self, seconds: dict[str, float]) -> None:
+        for phase, spent in seconds.items():
+            self.seconds[phase] += spent
 
     def march(
         self,
@@ -194,25 +212,24 @@ class Run:
 
         `begin` may change the state in which the scene starts.
         """
-        clock = Clock()
+        clock = Clock(self._now)
         model = Scene.model_validate({**scene, "solver": {"method": self.method, **scene.get("solver", {})}})
         system = build(model, self.comm, clock=clock)
-        clock.lap()
+        self.building += clock.lap()["total"]
         begin(system)
         system.prepare()
-        observed, last, seconds = [], None, dict.fromkeys((*PHASES, "total"), 0.0)
+        observed, last = [], None
 
         def sink(accepted: AcceptedStep) -> None:
             nonlocal last
             last = accepted.result
-            for phase, spent in accepted.seconds.items():
-                seconds[phase] += spent
+            self._count(accepted.seconds)
             if accepted.converged:
                 observed.append(observe(system, accepted))
 
         march(system, model, sink)
         assert last is not None
-        self.solved, self.seconds = Solved(system, last, observed), seconds
+        self.solved = Solved(system, last, observed)
         return self.solved
 
     def close(self) -> None:
@@ -244,6 +261,14 @@ class Run:
 def quantity_entry(q: Quantity) -> dict[str, Any]:
     """A quantity as ``validate --json`` prints it."""
     return {"computed": q.computed, "exact": q.exact, "error": q.error, "tolerance": q.tolerance, "passed": q.passed}
+
+
+def plain(value: Any) -> Any:
+    """A report as JSON takes it: numpy's scalars as plain ones, and None for what is not a number."""
+    if isinstance(value, dict):
+        return {key: plain(entry) for key, entry in value.items()}
+    value = value.item() if hasattr(value, "item") else value
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def fitted_rate(h: list[float], errors: list[float]) -> float:

@@ -34,18 +34,24 @@ def residual(problem: ContactProblem, solution: Solution) -> float:
 
 
 def accepted(
-    W: Floats, q: Floats, lam: Floats, iterations: int, reason: str, details: dict[str, float] | None = None
+    W: Floats,
+    q: Floats,
+    lam: Floats,
+    iterations: int,
+    reason: str,
+    details: dict[str, float] | None = None,
+    claimed: bool = False,
 ) -> Solution:
     """The solution λ of a method that has all of W.
 
     Raises
     ------
     ContactNotConvergedError
-        With the method's `reason`, where the residual of λ is above `SOLVED`, whatever the method claims.
+        With the method's `reason`, where the residual of λ is above `SOLVED`, even if it has `claimed` a solution.
     """
     elastic = W @ lam
     delta = elastic + q
     reached = scaled(np.diagonal(W) * lam, delta, length(q, elastic))
     if not reached <= SOLVED:
-        raise ContactNotConvergedError(reason, iterations, reached, lam)
+        raise ContactNotConvergedError(reason, iterations, reached, lam, claimed)
     return Solution(lam, np.empty(0), delta, iterations, details or {})

@@ -53,15 +53,15 @@ class Dual:
         for item in (self.W, self.q, self.low, self.high, self.y):
             item.destroy()
 
-    def solution(self, iterations: int, reason: str) -> Solution:
-        """λ from y, if its residual is small: it decides, not PETSc's reason.
+    def solution(self, iterations: int, solver: str, reason: int) -> Solution:
+        """λ from y, if its residual is small: it decides, not the reason that PETSc's solver gives (above 0: solved).
 
         Raises
         ------
         ContactNotConvergedError
         """
         lam = np.maximum(self.s * self.S * self.y.array_r, 0.0)
-        return accepted(self.dense, self.free, lam, iterations, reason)
+        return accepted(self.dense, self.free, lam, iterations, f"{solver} reason {reason}", claimed=reason > 0)
 
 
 @contextmanager
@@ -128,7 +128,7 @@ def semismooth(kind: str, prefix: str, problem: ContactProblem, start: Floats | 
             with options(prefix, {"snes_vi_zero_tolerance": 1e-12}):
                 snes.setFromOptions()
             snes.solve(None, scaled.y)
-            return scaled.solution(snes.getIterationNumber(), f"SNES reason {snes.getConvergedReason()}")
+            return scaled.solution(snes.getIterationNumber(), "SNES", snes.getConvergedReason())
         finally:
             for item in (snes, J, F):
                 item.destroy()

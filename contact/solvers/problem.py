@@ -113,11 +113,17 @@ SOLVED = 1e-9
 
 
 class ContactNotConvergedError(RuntimeError):
-    """A method stopped before its residual was small; `lam` is what it had reached, None where it had nothing."""
+    """A method stopped before its residual was small; `lam` is what it had reached, None where it had nothing.
 
-    def __init__(self, reason: str, iterations: int, residual: float, lam: Floats | None = None) -> None:
+    `claimed` is whether a library's solver called that a solution all the same.
+    """
+
+    def __init__(
+        self, reason: str, iterations: int, residual: float, lam: Floats | None = None, claimed: bool = False
+    ) -> None:
         super().__init__(f"not converged after {iterations} iterations: {reason} (residual {residual:.3g})")
-        self.reason, self.iterations, self.residual, self.lam = reason, iterations, residual, lam
+        self.reason, self.iterations, self.residual = reason, iterations, residual
+        self.lam, self.claimed = lam, claimed
 
 
 class InfeasibleError(RuntimeError):

@@ -43,7 +43,7 @@ def solve(problem: ContactProblem, start: Floats | None = None, tolerance: float
             tao.setMaximumIterations(2000)
             tao.setFromOptions()
             tao.solve(scaled.y)
-            return scaled.solution(tao.getIterationNumber(), f"TAO reason {tao.getConvergedReason()}")
+            return scaled.solution(tao.getIterationNumber(), "TAO", tao.getConvergedReason())
         finally:
             tao.destroy()
             hessian.destroy()

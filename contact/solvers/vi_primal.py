@@ -148,7 +148,7 @@ class _Bounds:
             float(np.abs(np.where(lam > 0, delta, np.minimum(delta, 0.0))).max(initial=0.0) / ell),
         )
         if not wrong <= SOLVED:
-            raise ContactNotConvergedError(f"SNES reason {reason}", iterations, wrong, lam)
+            raise ContactNotConvergedError(f"SNES reason {reason}", iterations, wrong, lam, reason > 0)
         return Solution(lam, np.empty(0), delta, iterations)
 
     def _everywhere(self, vec: Any) -> Floats:

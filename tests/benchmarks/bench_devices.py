@@ -16,39 +16,27 @@ from __future__ import annotations
 import argparse
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 from scipy.linalg import lapack
 
 from fem import petsc
 
 petsc.initialise()
 
-from mpi4py import MPI  # noqa: E402
 from petsc4py import PETSc  # noqa: E402
 
 import contact.clock  # noqa: E402
 import contact.solvers.gauss_seidel  # noqa: E402
-import contact.step  # noqa: E402
-from contact.build import build  # noqa: E402
-from contact.loop import AcceptedStep, march  # noqa: E402
+from contact.loop import AcceptedStep  # noqa: E402
 from contact.scene import Scene, read_scene  # noqa: E402
-from contact.solvers import (  # noqa: E402
-    METHODS,
-    ContactNotConvergedError,
-    ContactProblem,
-    DenseDelassus,
-    InfeasibleError,
-    Solution,
-    residual,
-)
+from contact.solvers import METHODS, ContactProblem, DenseDelassus  # noqa: E402
 from contact.solvers.problem import Floats  # noqa: E402
 from contact.system import System  # noqa: E402
+from validation.recorded import Answer, Solves, answer, record, recorded, run  # noqa: E402
 
 CANDIDATES = 100
 PROBLEMS = 20
@@ -66,46 +54,6 @@ def seconds(work: Callable[[], Any], runs: int = 3) -> float:
         work()
         times.append(clock() - begun)
     return min(times)
-
-
-def run(scene: Scene, folder: Path, steps: int | None, sink: Callable[[System, AcceptedStep], None]) -> System:
-    """March through a scene or its first steps; what the sink does counts as output, not as step."""
-    if steps is not None and steps < scene.time.steps:
-        end = scene.time.end * steps / scene.time.steps
-        scene = scene.model_copy(update={"time": scene.time.model_copy(update={"end": end, "steps": steps})})
-    system = build(scene, MPI.COMM_WORLD, folder)
-    system.prepare()
-
-    def timed(accepted: AcceptedStep) -> None:
-        with system.clock("output"):
-            sink(system, accepted)
-
-    try:
-        march(system, scene, timed)
-    except (ContactNotConvergedError, InfeasibleError) as error:
-        print(f"the run ended early: {error}")
-    return system
-
-
-class Solves:
-    """In the place of `contact.step.solve`: the same; counts its calls, keeps the last problem and solution."""
-
-    def __init__(self, watch: Callable[[ContactProblem, Floats | None], None] = lambda problem, start: None) -> None:
-        self._solve, self._watch, self.calls = contact.step.solve, watch, 0
-
-    def __call__(self, problem: ContactProblem, method: str, start: Floats | None, *rest: float) -> Solution:
-        """`contact.solvers.solve`."""
-        self.calls += 1
-        self._watch(problem, start)
-        self.problem, self.solution = problem, self._solve(problem, method, start, *rest)
-        return self.solution
-
-    def __enter__(self) -> Solves:
-        contact.step.solve = self
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        contact.step.solve = self._solve
 
 
 # --- floor ------------------------------------------------------------------------------------------------------------
@@ -173,7 +121,9 @@ def floor(scene: Scene, folder: Path, steps: int | None) -> None:
                 phases.append(accepted.seconds)
                 rows.append((result.passes, calls, accepted.substeps, candidates, len(sets[-1])))
 
-        run(scene, folder, steps, sink)
+        ended = run(scene, folder, steps, sink)[1]
+    if ended:
+        print(f"the run ended early: {ended}")
     if not rows:
         raise SystemExit(f"no step has {CANDIDATES} candidates")
     passes, calls, substeps, candidates, active = np.array(rows).T
@@ -201,96 +151,9 @@ def floor(scene: Scene, folder: Path, steps: int | None) -> None:
 # --- methods ----------------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Matrices:
-    """`Primal` of a recorded problem."""
-
-    A: list[Any]
-    H: list[Any]
-
-
-def record(scene: Scene, folder: Path, steps: int | None, files: Path) -> None:
-    """Keep the contact problem of the first pass of `PROBLEMS` steps spread over the run."""
-    count = min(scene.time.steps, steps or scene.time.steps)
-    wanted = set((np.arange(1, PROBLEMS + 1) * count // PROBLEMS - 1).tolist())
-    number = 0
-
-    def watch(problem: ContactProblem, start: Floats | None) -> None:
-        if number in wanted and problem.W.size:
-            wanted.remove(number)
-            ((body, H),) = problem.W.H.items()
-            A = body.A.convert("aij", PETSc.Mat())
-            indptr, indices, data = A.getValuesCSR()
-            A.destroy()
-            W = problem.W.columns(np.arange(problem.W.size))
-            np.savez(
-                files / f"step_{number:05d}.npz",
-                W=W,
-                q=problem.q,
-                start=np.zeros(len(W)) if start is None else start,
-                H=H.sparse().toarray(),
-                indptr=indptr,
-                indices=indices,
-                data=data,
-            )
-
-    def sink(system: System, accepted: AcceptedStep) -> None:
-        nonlocal number
-        number = accepted.number + 1
-
-    with Solves(watch):
-        run(scene, folder, steps, sink)
-
-
-def recorded(file: Path) -> tuple[ContactProblem, Floats]:
-    """A problem and the forces that the step started from."""
-    with np.load(file) as stored:
-        n = len(stored["indptr"]) - 1
-        A = PETSc.Mat().createAIJ(
-            (n, n), csr=(stored["indptr"], stored["indices"], stored["data"]), comm=PETSc.COMM_SELF
-        )
-        rows = sp.csr_array(stored["H"])
-        csr = rows.indptr.astype(PETSc.IntType), rows.indices.astype(PETSc.IntType), rows.data
-        H = PETSc.Mat().createAIJ(rows.shape, csr=csr, comm=PETSc.COMM_SELF)
-        return ContactProblem(DenseDelassus(stored["W"]), stored["q"], primal=Matrices([A], [H])), stored["start"]
-
-
-@dataclass
-class Answer:
-    """What a method made of one problem: forces, time, its own count, the residual; `failure` where it gave up."""
-
-    lam: Floats | None
-    seconds: float
-    iterations: int
-    residual: float
-    failure: str = ""
-    error: float = np.nan
-
-
-def answer(problem: ContactProblem, method: str, start: Floats, tolerance: float, budget: float = 0.5) -> Answer:
-    """Solve, more than once while that takes less than `budget` seconds."""
-    name, _, warm = method.partition(",")
-    clock, times, failure, iterations = contact.clock.perf_counter, [], "", 0
-    lam: Floats | None = None
-    while not times or (sum(times) < budget and len(times) < 7):
-        begun = clock()
-        try:
-            found = METHODS[name](problem, start if warm else None, tolerance)
-            lam, iterations = found.lam, found.iterations
-        except ContactNotConvergedError as error:
-            lam, iterations, failure = error.lam, error.iterations, error.reason
-        except (InfeasibleError, ArithmeticError, PETSc.Error) as error:
-            failure = str(error).splitlines()[0]
-        times.append(clock() - begun)
-        if failure:
-            break
-    reached = np.inf if lam is None else residual(problem, Solution(lam, np.empty(0), np.empty(0), 0))
-    return Answer(lam, float(np.median(times)), iterations, reached, failure)
-
-
 def methods(files: Path, picture: Path | None) -> None:
     """Print what each method makes of the recorded problems, and draw its error against its time."""
-    names = (*DIRECT, *ITERATIVE)
+    names, now = (*DIRECT, *ITERATIVE), contact.clock.perf_counter
     table: dict[str, list[Answer]] = {name: [] for name in names}
     points: dict[str, list[Answer]] = {name: [] for name in names}
     steps, sizes, actives, conditions = [], [], [], []
@@ -299,10 +162,10 @@ def methods(files: Path, picture: Path | None) -> None:
     for file in sorted(files.glob("step_*.npz")):
         problem, start = recorded(file)
         W = problem.W.columns(np.arange(problem.W.size))
-        answers = {name: [answer(problem, name, start, 1e-12)] for name in names}
+        answers = {name: [answer(problem, name, start, 1e-12, now=now)] for name in names}
         if picture is not None:
             for name in ITERATIVE:
-                answers[name] += [answer(problem, name, start, t, 0.0) for t in (1e-3, 1e-6, 1e-9)]
+                answers[name] += [answer(problem, name, start, t, 0.0, now) for t in (1e-3, 1e-6, 1e-9)]
         every = [one for several in answers.values() for one in several if one.lam is not None]
         best = min(every, key=lambda one: one.residual).lam
         assert best is not None
@@ -319,8 +182,7 @@ def methods(files: Path, picture: Path | None) -> None:
         for name in names:
             table[name].append(answers[name][0])
             points[name] += answers[name]
-        for part in (*problem.primal.A, *problem.primal.H):
-            part.destroy()
+        problem.primal.destroy()
     print(
         f"{len(steps)} problems; candidates {min(sizes)} to {max(sizes)}, active {min(actives)} to {max(actives)}, "
         f"condition of the active block {min(conditions):.0e} to {max(conditions):.0e}"
@@ -397,7 +259,9 @@ def main() -> None:
             parser.error("methods needs a folder for its problems")
         arguments.folder.mkdir(parents=True, exist_ok=True)
         if not list(arguments.folder.glob("step_*.npz")):
-            record(scene, folder, arguments.steps, arguments.folder)
+            ended = record(scene, folder, arguments.folder, arguments.steps, PROBLEMS)
+            if ended:
+                print(f"the run ended early: {ended}")
         methods(arguments.folder, arguments.picture)
 
 

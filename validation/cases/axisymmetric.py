@@ -52,6 +52,8 @@ def _section(
     {"E": 1.0, "nu": 0.3, "R": 1.0, "a": 0.3, "model": "axisymmetric", "constraint": "nodal", **PAIR},
     levels=lambda p: (1 / 40,) if p["model"] == "3d" else (1 / 80,),
     variants=({}, {"model": "3d"}, {"E1": 1.0, "E2": 1.0}, {"E1": 1e3, "E2": 1.0}),
+    studied=({}, {"model": "3d"}),
+    study=lambda p: (1 / 10, 1 / 14, 1 / 20, 1 / 28, 1 / 40) if p["model"] == "3d" else (),
 )
 def hertz_point(run: Run) -> list[Quantity]:
     """Hertz's point contact, `model` axisymmetric or 3d: a body (E, nu) on a rigid paraboloid, or E1 …, E2 … on it."""

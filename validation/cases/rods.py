@@ -33,12 +33,14 @@ def aligned(s: float, L: float, first: int, levels: int = 4) -> tuple[float, ...
     return tuple(sizes)
 
 
-def _levels(exact: Callable[..., Any], first: int) -> Callable[[dict[str, Parameter]], tuple[float, ...]]:
+def _levels(
+    exact: Callable[..., Any], first: int, count: int = 4
+) -> Callable[[dict[str, Parameter]], tuple[float, ...]]:
     """The levels for line contact, and one for point contact, with a node in the middle."""
 
     def levels(parameters: dict[str, Parameter]) -> tuple[float, ...]:
         L, known = float(parameters["L"]), exact(**parameters)
-        return aligned(known.s, L, first) if getattr(known, "regime", "line") == "line" else (L / 16,)
+        return aligned(known.s, L, first, count) if getattr(known, "regime", "line") == "line" else (L / 16,)
 
     return levels
 
@@ -72,6 +74,7 @@ def _lift_off(lam: Floats, x: Floats, q: float, L: float) -> tuple[float, float]
     "cantilever-floor",
     {"EI": 1.0, "L": 1.0, "q": 1.0, "d": 1e-3},
     levels=_levels(CantileverFloor, 16),
+    study=_levels(CantileverFloor, 16, 7),
     variants=({}, {"q": 0.05}),
     orders=(1,),
     rates={"force": {1: (2.0, 0.3)}},
@@ -99,6 +102,7 @@ def cantilever_floor(run: Run) -> list[Quantity]:
     "heavy-beam",
     {"EI": 1.0, "L": 1.0, "q": 1.0, "H": 1e-3},
     levels=_levels(HeavyBeam, 16),
+    study=_levels(HeavyBeam, 16, 7),
     orders=(1,),
     rates={"force": {1: (2.0, 0.3)}},
 )
@@ -125,6 +129,7 @@ def heavy_beam(run: Run) -> list[Quantity]:
     "beam-stop",
     {"EI": 1.0, "L": 1.0, "q": 1.0, "d": 1e-3},
     levels=_levels(BeamStop, 16),
+    study=_levels(BeamStop, 16, 7),
     variants=({}, {"q": 0.2}),
     orders=(1,),
     rates={"force": {1: (2.0, 0.3)}},

@@ -1,0 +1,239 @@
+"""The command `study`: error against run time of cases of the catalogue, and a page about it."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import random
+import sys
+from concurrent.futures import Executor, Future, wait
+from pathlib import Path
+from typing import Any
+
+from mpi4py import MPI
+from tqdm import tqdm
+
+import validation.cases  # noqa: F401  enters the cases into the catalogue
+from contact.ranks import on_root
+from contact.solvers import METHODS
+from runs.machine import machine, versions
+from runs.validate import change
+from validation.case import CASES
+from validation.study import pool, tables
+from validation.study.journal import Journal
+from validation.study.plan import Chain, Settings, chains
+
+SCENES = ("tube", "coil", "guidewire")
+PROBLEMS = 8  # recorded from each scene
+SPARE = 60.0  # seconds beyond those for recording, until a scene is given up
+INTERRUPTED = 130
+
+
+def command(arguments: argparse.Namespace) -> int:
+    """Run or go on with a study.
+
+    1 where a claimed rate is missed, 3 where a case's own method did not converge; that another method fails is a
+    finding of the study. Collective.
+    """
+    comm, settings = MPI.COMM_WORLD, _settings(arguments)
+    planned = chains(settings)
+    folder = Path(arguments.output)
+    head = {"settings": settings.as_dict(), "machine": machine(), "versions": versions()}
+    on_root(comm, lambda: _begin(folder, head))
+    code = 0
+    with pool.executor(arguments.jobs) as shared:
+        if shared is not None:
+            code = _study(shared, settings, planned, folder, comm.size == 1 and arguments.jobs == 1)
+    code = comm.bcast(code)
+    if comm.rank == 0 and code != INTERRUPTED:
+        code = _report(folder, head, planned, arguments.json)
+    return int(comm.bcast(code))
+
+
+def _settings(arguments: argparse.Namespace) -> Settings:
+    """The settings that the arguments ask for; ValueError where one is not allowed."""
+    for name in arguments.cases:
+        if name not in CASES:
+            raise ValueError(f"case {name!r}: unknown, must be one of {', '.join(CASES)}")
+    given = {"cases": tuple(dict.fromkeys(arguments.cases)), "levels": arguments.levels, "seed": arguments.seed}
+    if arguments.methods is not None:
+        names = tuple(dict.fromkeys(arguments.methods.split(",")))
+        for name in names:
+            if name not in METHODS:
+                raise ValueError(f"--methods {name!r}: unknown, must be one of {', '.join(METHODS)}")
+        given["methods"] = names
+    for name, value in (("levels", arguments.levels), ("jobs", arguments.jobs), ("repeat", arguments.repeat)):
+        if value < 1:
+            raise ValueError(f"--{name} {value}: must be at least 1")
+    if not 0 < arguments.limit < math.inf:
+        raise ValueError(f"--limit {arguments.limit}: must be a positive number")
+    if not 0 <= arguments.record < math.inf:
+        raise ValueError(f"--record {arguments.record}: must be 0 or a positive number")
+    if arguments.record:
+        given |= {"scenes": SCENES, "recording": arguments.record}
+    changes = tuple(change(text) for text in arguments.changes)
+    return Settings(repeats=arguments.repeat, limit=arguments.limit, changes=changes, **given)
+
+
+def _begin(folder: Path, head: dict[str, Any]) -> None:
+    """Make the folder, or make sure that it holds the same study."""
+    if folder.exists() and not folder.is_dir():
+        raise ValueError(f"-o {folder}: is a file, must be a folder")
+    journal = _journal(folder)
+    if folder.is_dir() and any(folder.iterdir()) and not journal.path.exists():
+        raise ValueError(f"-o {folder}: is a folder with other files, must be new, empty or a study's")
+    folder.mkdir(parents=True, exist_ok=True)
+    journal.begin(head)
+
+
+def _journal(folder: Path) -> Journal:
+    return Journal(folder / "runs.jsonl")
+
+
+def _study(shared: Executor, settings: Settings, planned: list[Chain], folder: Path, single: bool) -> int:
+    """Run what is missing."""
+    study = _Study(shared, settings, folder)
+    try:
+        if single:
+            study.levels("runs", planned, study.missing(planned, timed=False), settings.repeats, alone=True)
+        else:
+            study.levels("answers", planned, study.missing(planned, timed=False), 1, alone=False)
+        study.levels("timing", planned, study.missing(planned, timed=True), settings.repeats, alone=True)
+        study.record()
+        study.solve()
+    except KeyboardInterrupt:
+        pool.stop()
+        shared.shutdown(wait=True, cancel_futures=True)
+        print("signorini: interrupted; the same command goes on", file=sys.stderr)
+        return INTERRUPTED
+    return 0
+
+
+class _Study:
+    """The parts of a study, each shared by the executor's processes and entered into the journal as it is finished."""
+
+    def __init__(self, shared: Executor, settings: Settings, folder: Path) -> None:
+        self._shared, self._settings, self._folder = shared, settings, folder
+        self._journal = _journal(folder)
+        self._path = str(self._journal.path.resolve())
+        # Chains in a random order: a machine that slows down does so for no method or case in particular.
+        self._random = random.Random(settings.seed)
+
+    def missing(self, planned: list[Chain], timed: bool) -> dict[str, list[int]]:
+        """For each chain's key the levels without an answer, or those solved that were not timed alone."""
+        answered: set[tuple[str, int]] = set()
+        solved, alone = set(answered), set(answered)
+        for line in self._journal.lines():
+            if "chain" in line:
+                place = line["chain"], line["level"]
+                answered.add(place)
+                if line["outcome"] == "solved":
+                    (alone if line["alone"] else solved).add(place)
+        return {
+            chain.key: [
+                level
+                for level in range(len(chain.sizes))
+                if ((chain.key, level) in solved - alone if timed else (chain.key, level) not in answered)
+            ]
+            for chain in planned
+        }
+
+    def levels(self, what: str, planned: list[Chain], levels: dict[str, list[int]], repeats: int, alone: bool) -> None:
+        """Run levels of chains."""
+        todo = [chain for chain in planned if levels[chain.key]]
+        self._random.shuffle(todo)
+        tasks = [(pool.run_chain, self._path, c, levels[c.key], repeats, self._settings.limit, alone) for c in todo]
+        self._share(what, tasks, sum(map(len, levels.values())))
+
+    def record(self) -> None:
+        """Record the problems of the scenes."""
+        limit, tasks = self._settings.recording + SPARE, []
+        for scene in self._settings.scenes:
+            name = {"problems_of": scene}
+            if not self._finished(name):
+                path = Path(__file__).parent / f"{scene}.toml"
+                request = {"scene": str(path), "files": str(self._problems(scene)), "problems": PROBLEMS}
+                request["seconds"] = self._settings.recording
+                tasks.append((pool.run_request, self._path, name, request, limit, False))
+        self._share("scenes", tasks, 2 * len(tasks))
+
+    def solve(self) -> None:
+        """Solve the recorded problems by each method, `status` also from the forces that the step started with."""
+        tasks, count = [], 0
+        warm = ["status, warm"] if "status" in self._settings.methods else []
+        for scene in self._settings.scenes:
+            files = sorted(str(path) for path in self._problems(scene).glob("step_*.npz"))
+            for method in (*self._settings.methods, *warm):
+                name = {"problems_of": scene, "method": method}
+                if files and not self._finished(name):
+                    request = {"files": files, "method": method, "repeats": self._settings.repeats}
+                    tasks.append((pool.run_request, self._path, name, request, self._settings.limit, True))
+                    count += len(files) + 1
+        self._random.shuffle(tasks)
+        self._share("problems", tasks, count)
+
+    def _problems(self, scene: str) -> Path:
+        return self._folder.resolve() / "problems" / scene
+
+    def _finished(self, name: dict[str, Any]) -> bool:
+        return any({**name, "finished": True}.items() <= line.items() and ("method" in name) == ("method" in line)
+                   for line in self._journal.lines())  # fmt: skip
+
+    def _share(self, what: str, tasks: list[tuple[Any, ...]], lines: int) -> None:
+        """Run the tasks, of which so many lines in the journal are expected."""
+        if not tasks:
+            return
+        before = len(self._journal.lines())
+        pending: set[Future[None]] = {self._shared.submit(*task) for task in tasks}
+        with tqdm(total=lines, desc=what, unit="run", leave=False, disable=not sys.stderr.isatty()) as bar:
+            while pending:
+                done, pending = wait(pending, timeout=0.5)
+                for future in done:
+                    future.result()
+                bar.update(len(self._journal.lines()) - before - bar.n)
+
+
+def _report(folder: Path, head: dict[str, Any], planned: list[Chain], as_json: bool) -> int:
+    """Write the tables, the pictures and the page, and print what the study found."""
+    from runs.study_page import write_page
+
+    found = tables.tables(planned, _journal(folder).lines())
+    tables.write(folder, head, found)
+    write_page(folder, head, found)
+    if as_json:
+        print((folder / "study.json").read_text(encoding="utf8"))
+    else:
+        for line in summary(found):
+            print(line)
+        print(folder / "study.html")
+    return verdict(planned, found)
+
+
+def verdict(planned: list[Chain], found: tables.Tables) -> int:
+    """The exit code: 3 where a case's own method did not converge, 1 where a claimed rate is missed, else 0."""
+    own = {chain.label: CASES[chain.case].method for chain in planned}
+    lost = {"not converged", "infeasible", "failed"}
+    if any(run["outcome"] in lost and run["method"] == own[run["case"]] for run in found["runs"]):
+        return 3
+    return 1 if any(rate["passed"] is False for rate in found["rates"]) else 0
+
+
+def summary(found: tables.Tables) -> list[str]:
+    """What each case reaches, a line each quantity, and the claimed rates that were missed."""
+    lines = []
+    for near, far in zip(found["reached"][::2], found["reached"][1::2], strict=True):
+        words = [_reached(near), _reached(far)]
+        lines.append(f"{near['case']:<28} {near['quantity']:<16} {words[0]:<44} {words[1]}")
+    for rate in found["rates"]:
+        if rate["passed"] is False:
+            lines.append(
+                f"{rate['case']}: rate of {rate['quantity']}, order {rate['order']}: {rate['rate']:.3g}, "
+                f"claimed {rate['theory']:g} ± {rate['tolerance']:g}"
+            )
+    return lines
+
+
+def _reached(row: tables.Row) -> str:
+    if row["error"] is None:
+        return f"nothing in {row['within']:g} s"
+    return f"{row['error']:.1e} in {row['within']:g} s ({row['seconds']:.2g} s, {row['method']}, order {row['order']})"

@@ -1,0 +1,85 @@
+"""What a study has finished, one JSON line each, on disk before the next begins."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+
+class Journal:
+    """A file of JSON Lines that several processes append to; its first line says what study it belongs to.
+
+    A line that was torn when a process was killed is passed over.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def begin(self, head: dict[str, Any]) -> bool:
+        """Write the first line, or hold it against `head`; whether there was one already.
+
+        Raises
+        ------
+        ValueError
+            where the file belongs to another study; it names the first difference.
+        """
+        if self.path.exists():
+            lines = self.lines()
+            if lines:
+                difference = _difference(lines[0], head)
+                if difference:
+                    raise ValueError(
+                        f"{self.path.parent}: holds a study with {difference}; name another folder with -o"
+                    )
+                return True
+            if self.path.stat().st_size and not self.path.read_bytes().startswith(b'{"'):
+                raise ValueError(f"{self.path}: is not the journal of a study")
+        part = self.path.with_name(self.path.name + ".part")
+        part.write_text(json.dumps(head) + "\n", encoding="utf8")
+        part.replace(self.path)
+        return False
+
+    def append(self, entry: dict[str, Any]) -> None:
+        """Add a line; when this returns it survives a kill."""
+        with self.path.open("ab") as file:
+            fcntl.flock(file, fcntl.LOCK_EX)
+            if not _ends_whole(self.path):
+                file.write(b"\n")
+            file.write(json.dumps(entry, allow_nan=False).encode("utf8") + b"\n")
+            file.flush()
+            os.fsync(file.fileno())
+
+    def lines(self) -> list[dict[str, Any]]:
+        """All whole lines."""
+        found = []
+        for line in self.path.read_bytes().split(b"\n"):
+            try:
+                found.append(json.loads(line))
+            except ValueError:
+                continue
+        return [entry for entry in found if isinstance(entry, dict)]
+
+
+def _ends_whole(path: Path) -> bool:
+    with path.open("rb") as file:
+        size = file.seek(0, os.SEEK_END)
+        if not size:
+            return True
+        file.seek(size - 1)
+        return file.read(1) == b"\n"
+
+
+def _difference(old: dict[str, Any], new: dict[str, Any], where: str = "") -> str:
+    """The first entry in which two nested dictionaries differ, in words; "" where they are equal."""
+    for key in dict.fromkeys([*new, *old]):
+        a, b = old.get(key), new.get(key)
+        if isinstance(a, dict) and isinstance(b, dict):
+            inner = _difference(a, b, f"{where}{key} ")
+            if inner:
+                return inner
+        elif a != b:
+            return f"{where}{key} = {a}, not {b}"
+    return ""

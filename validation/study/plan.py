@@ -1,0 +1,117 @@
+"""What a study runs: chains of levels, one for each case, parameters, element order and method."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from validation.case import CASES, Case, Parameter
+
+LEVELS = 5
+METHODS = ("status", "gauss-seidel", "lemke", "vi-rsls", "vi-ssls", "tao", "vi-primal")
+COARSER = 2**3  # times the mesh size of a case with a single level is where its study begins
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What decides the numbers of a study; a study can only go on with the same.
+
+    cases : names of the catalogue
+    methods : names of `contact.solvers.METHODS`
+    levels : mesh sizes a case, from the coarsest
+    repeats : timed runs each, at most
+    seed : of the order in which chains are run
+    limit : seconds of CPU that one run may take
+    changes : parameters other than those of the study's cases
+    scenes : names of scenes whose contact problems are recorded
+    recording : seconds of CPU for which each of them is run
+    """
+
+    cases: tuple[str, ...]
+    methods: tuple[str, ...] = METHODS
+    levels: int = LEVELS
+    repeats: int = 3
+    seed: int = 0
+    limit: float = 60.0
+    changes: tuple[tuple[str, Parameter], ...] = ()
+    scenes: tuple[str, ...] = ()
+    recording: float = 20.0
+
+    def as_dict(self) -> dict[str, Any]:
+        """As JSON keeps it."""
+        return {k: list(map(_listed, v)) if isinstance(v, tuple) else v for k, v in asdict(self).items()}
+
+
+def _listed(value: Any) -> Any:
+    return list(value) if isinstance(value, tuple) else value
+
+
+@dataclass(frozen=True)
+class Chain:
+    """The levels of one case with one order and method, coarse to fine: what one process runs.
+
+    `changes` are the parameters other than the case's own.
+    """
+
+    case: str
+    changes: tuple[tuple[str, Parameter], ...]
+    order: int
+    method: str
+    sizes: tuple[float, ...]
+
+    @property
+    def key(self) -> str:
+        """Names the chain within a study."""
+        return "|".join([self.label, str(self.order), self.method])
+
+    @property
+    def label(self) -> str:
+        """The case and the parameters that are not its own."""
+        return label(self.case, self.changes)
+
+
+def label(case: str, changes: Sequence[tuple[str, Parameter]]) -> str:
+    """A case and changed parameters in words."""
+    words = [f"{key}={value:g}" if isinstance(value, float) else f"{key}={value}" for key, value in changes]
+    return " ".join([case, *words])
+
+
+def sizes(case: Case, parameters: dict[str, Parameter], levels: int) -> tuple[float, ...]:
+    """The mesh sizes of a study, coarse to fine: one where the case has no mesh to choose, else `levels`.
+
+    They are the case's own for a study. Without any, a case with several levels goes through those, and one with a
+    single level begins `COARSER` times coarser. Where there are fewer than `levels`, the finest is halved again.
+    """
+    given = case.study(parameters) if callable(case.study) else case.study
+    if not given:
+        if not case.levels:
+            return case.sizes(parameters)
+        given = case.sizes(parameters)
+        if len(given) == 1:
+            given = (COARSER * given[0],)
+    given = given[:levels]
+    return (*given, *(given[-1] / 2**k for k in range(1, levels - len(given) + 1)))
+
+
+def chains(settings: Settings) -> list[Chain]:
+    """All chains, in the order of the settings.
+
+    Raises
+    ------
+    ValueError
+        where a case has no such parameter.
+    """
+    found = []
+    for name in settings.cases:
+        case = CASES[name]
+        variants = [dict(settings.changes)] if settings.changes else list(case.studied or case.variants[:1])
+        for changes in variants:
+            parameters = case.configure(changes)
+            levels = sizes(case, parameters, settings.levels)
+            found += [
+                Chain(name, tuple(changes.items()), order, method, levels)
+                for order in case.orders
+                for method in settings.methods
+            ]
+    return found
