@@ -280,8 +280,8 @@ def _recorded(page: Page, found: Tables) -> None:
         )  # fmt: skip
         if bent:
             page.text(
-                f"Step {', '.join(map(str, bent))}: W has a negative eigenvalue, from the curvature of the wall under a "
-                "compressed wire. Such a problem need not have a solution; where the method says that it found none, "
+                f"Step {', '.join(map(str, bent))}: W has a negative eigenvalue, from the curvature of a wall under "
+                "a compressed wire. Such a problem need not have a solution; where the method says that it found none, "
                 "the program divides the step."
             )
 
