@@ -21,17 +21,23 @@ COARSE: dict[str, float] = {
     "two-bars": 1.0, "v-groove": 1.0, "cantilever-floor": 1 / 16, "heavy-beam": 1 / 16, "beam-stop": 1 / 20,
     "column-walls": 1 / 8, "dawson-paslay": 0.45, "wire-tube": 0.3 / 20, "helix-tube": 1.6, "coil-tube": 0.4,
     "layered-tube": 0.6, "spring-surface": 1.0, "ball-drop": 1.0, "bouncing-bar": 1.0, "hanging-bar": 1 / 20,
-    "patch": 1 / 10, "wavy": 1 / 20,
+    "patch": 1 / 10, "wavy": 1 / 20, "shrink-fit": 1 / 4, "pin-hole": 1 / 20,
 }  # fmt: skip
 
 # The same of two elastic bodies.
-PAIRS: dict[str, dict[str, Any]] = {"hertz-line": {"E1": 10.0, "E2": 1.0}, "hertz-point": {"E1": 10.0, "E2": 1.0}}
+PAIRS: dict[str, dict[str, Any]] = {
+    "hertz-line": {"E1": 10.0, "E2": 1.0},
+    "hertz-point": {"E1": 10.0, "E2": 1.0},
+    "plug": {"E1": 2.0},
+    "ball-shell": {"E1": 2.0},
+}
 
 # Nothing touches in their last state.
 APART = {"circle", "bend-45", "euler-load", "elastica-tip", "bar-impact", "two-bar-impact", "hertz-impact"}
 
 # What a method cannot treat: rows of H with several entries, bodies that nothing holds, no matrices at all.
 REFUSED = {
+    **{(name, "vi-primal"): "several entries" for name in ("shrink-fit", "pin-hole")},
     **{(f"{name} pair", "vi-primal"): "several entries" for name in PAIRS},
     ("patch", "vi-primal"): "supported bodies",
     ("wavy", "vi-primal"): "supported bodies",

@@ -38,6 +38,14 @@ def test_patch_on_either_side(dim: str, side: str, multiplier: str) -> None:
         ("hertz-point", 1 / 20, {"E1": 10.0, "E2": 1.0}, {"force": 8e-3, "p0": 1.6e-2, "radius": 0.028}),
         ("hertz-point", 1 / 20, {"E1": 1.0, "E2": 1.0, "multiplier": "dual"}, {"force": 8e-3, "p0": 1.6e-2}),
         ("wavy", 1 / 20, {"E1": 50.0, "wavelength": 1.1}, {"p0": 1e-3, "valley": 2e-2, "pressure_error": 4e-2}),
+        # 1e-3 is asked, at 1/8 and 1/16
+        ("shrink-fit", 1 / 4, {}, {"pressure": 1e-3, "pressure_spread": 1e-2, "displacement_error": 1e-3}),
+        ("shrink-fit", 1 / 4, {"E1": 50.0, "nu2": 0.4999, "c": 4.0}, {"pressure": 1e-3, "displacement_error": 1e-3}),
+        ("plug", 1 / 4, {"E1": 0.5, "nu1": 0.49}, {"pressure": 1e-3, "displacement_error": 1e-3}),
+        ("ball-shell", 1 / 8, {"E1": 3.0, "nu1": 0.1}, {"pressure": 1e-3, "displacement_error": 1e-3}),
+        ("pin-hole", 1 / 40, {}, {"E_delta_over_Q": 1e-2, "p0": 1e-2, "eps": 2e-2}),
+        ("pin-hole", 1 / 40, {"eps": 60.0}, {"E_delta_over_Q": 1e-2, "p0": 1e-2, "eps": 2e-2}),
+        ("pin-hole", 1 / 40, {"eps": 75.0, "nu": 0.1, "E": 3.0, "R": 2.0}, {"E_delta_over_Q": 2e-2, "p0": 1e-2}),
     ],
     ids=str,
 )  # fmt: skip
@@ -68,3 +76,18 @@ def test_one_body_of_two() -> None:
     """E1 without E2."""
     with pytest.raises(ValueError, match=r"E1 = 2.0, E2 = 0.0: must be given together"):
         solve("hertz-line", 1 / 10, E1=2.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "printed"),
+    [
+        ("shrink-fit", {}, {"pressure": 0.2575549}),
+        ("pin-hole", {}, {"E_delta_over_Q": 7.9435397}),
+        ("pin-hole", {"eps": 60.0}, {"E_delta_over_Q": 1.0672024}),
+    ],
+)
+def test_printed_numbers(name: str, changes: dict[str, Any], printed: dict[str, float]) -> None:
+    """The exact values are those that the catalogue prints."""
+    _, found = solve(name, 1 / 10, **changes)
+    for quantity, value in printed.items():
+        assert found[quantity].exact == pytest.approx(value, rel=2e-7)
