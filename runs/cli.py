@@ -60,7 +60,7 @@ def parser() -> Parser:
     study.add_argument("--jobs", type=int, default=1, metavar="J", help="processes at a time (default: 1)")
     study.add_argument("--repeat", type=int, default=3, metavar="R", help="timed runs each, at most (default: 3)")
     study.add_argument("--seed", type=int, default=0, metavar="S", help="of the order of the runs (default: 0)")
-    study.add_argument("--limit", type=float, default=60.0, metavar="T", help="CPU seconds of one run (default: 60)")
+    study.add_argument("--limit", type=float, default=30.0, metavar="T", help="CPU seconds of one run (default: 30)")
     study.add_argument(
         "--record",
         type=float,

@@ -20,7 +20,7 @@ from runs.machine import machine, versions
 from runs.validate import change
 from validation.case import CASES
 from validation.study import pool, tables
-from validation.study.journal import Journal
+from validation.study.journal import Journal, difference
 from validation.study.plan import Chain, Settings, chains
 
 SCENES = ("tube", "coil", "guidewire")
@@ -39,7 +39,7 @@ def command(arguments: argparse.Namespace) -> int:
     planned = chains(settings)
     folder = Path(arguments.output)
     head = {"settings": settings.as_dict(), "machine": machine(), "versions": versions()}
-    on_root(comm, lambda: _begin(folder, head))
+    head = comm.bcast(on_root(comm, lambda: _begin(folder, head, settings, planned)))
     code = 0
     with pool.executor(arguments.jobs) as shared:
         if shared is not None:
@@ -75,19 +75,53 @@ def _settings(arguments: argparse.Namespace) -> Settings:
     return Settings(repeats=arguments.repeat, limit=arguments.limit, changes=changes, **given)
 
 
-def _begin(folder: Path, head: dict[str, Any]) -> None:
-    """Make the folder, or make sure that it holds the same study."""
+def _begin(folder: Path, head: dict[str, Any], settings: Settings, planned: list[Chain]) -> dict[str, Any]:
+    """Make the folder, or make sure that it holds the same study; under what that was begun.
+
+    A study goes on only on the machine and with the versions that it was begun with; one that is complete can be
+    looked at with others.
+    """
     if folder.exists() and not folder.is_dir():
         raise ValueError(f"-o {folder}: is a file, must be a folder")
     journal = _journal(folder)
     if folder.is_dir() and any(folder.iterdir()) and not journal.path.exists():
         raise ValueError(f"-o {folder}: is a folder with other files, must be new, empty or a study's")
     folder.mkdir(parents=True, exist_ok=True)
-    journal.begin(head)
+    old = journal.begin(head)
+    for part in ("machine", "versions"):
+        other = difference(old[part], head[part])
+        if other and not _complete(journal, settings, planned):
+            raise ValueError(f"{folder}: holds a study begun with {other}; name another folder with -o")
+    return old
+
+
+def _complete(journal: Journal, settings: Settings, planned: list[Chain]) -> bool:
+    """Whether nothing of a study is missing."""
+    finished = {(line["problems_of"], line.get("method")) for line in journal.lines() if "finished" in line}
+    wanted = {(scene, method) for scene in settings.scenes for method in (None, *settings.methods)}
+    return wanted <= finished and not any(a or b for a, b in _missing(journal, planned).values())
 
 
 def _journal(folder: Path) -> Journal:
     return Journal(folder / "runs.jsonl")
+
+
+def _missing(journal: Journal, planned: list[Chain]) -> dict[str, tuple[list[int], list[int]]]:
+    """For each chain's key the levels without an answer, and those solved that were not timed alone."""
+    answered: set[tuple[str, int]] = set()
+    solved, alone = set(answered), set(answered)
+    for line in journal.lines():
+        if "chain" in line:
+            place = line["chain"], line["level"]
+            answered.add(place)
+            if line["outcome"] == "solved":
+                (alone if line["alone"] else solved).add(place)
+    found = {}
+    for chain in planned:
+        levels = range(len(chain.sizes))
+        unanswered = [level for level in levels if (chain.key, level) not in answered]
+        found[chain.key] = unanswered, [level for level in levels if (chain.key, level) in solved - alone]
+    return found
 
 
 def _study(shared: Executor, settings: Settings, planned: list[Chain], folder: Path, single: bool) -> int:
@@ -95,10 +129,10 @@ def _study(shared: Executor, settings: Settings, planned: list[Chain], folder: P
     study = _Study(shared, settings, folder)
     try:
         if single:
-            study.levels("runs", planned, study.missing(planned, timed=False), settings.repeats, alone=True)
+            study.levels("runs", planned, 0, settings.repeats, alone=True)
         else:
-            study.levels("answers", planned, study.missing(planned, timed=False), 1, alone=False)
-        study.levels("timing", planned, study.missing(planned, timed=True), settings.repeats, alone=True)
+            study.levels("answers", planned, 0, 1, alone=False)
+        study.levels("timing", planned, 1, settings.repeats, alone=True)
         study.record()
         study.solve()
     except KeyboardInterrupt:
@@ -119,27 +153,9 @@ class _Study:
         # Chains in a random order: a machine that slows down does so for no method or case in particular.
         self._random = random.Random(settings.seed)
 
-    def missing(self, planned: list[Chain], timed: bool) -> dict[str, list[int]]:
-        """For each chain's key the levels without an answer, or those solved that were not timed alone."""
-        answered: set[tuple[str, int]] = set()
-        solved, alone = set(answered), set(answered)
-        for line in self._journal.lines():
-            if "chain" in line:
-                place = line["chain"], line["level"]
-                answered.add(place)
-                if line["outcome"] == "solved":
-                    (alone if line["alone"] else solved).add(place)
-        return {
-            chain.key: [
-                level
-                for level in range(len(chain.sizes))
-                if ((chain.key, level) in solved - alone if timed else (chain.key, level) not in answered)
-            ]
-            for chain in planned
-        }
-
-    def levels(self, what: str, planned: list[Chain], levels: dict[str, list[int]], repeats: int, alone: bool) -> None:
-        """Run levels of chains."""
+    def levels(self, what: str, planned: list[Chain], which: int, repeats: int, alone: bool) -> None:
+        """Run the levels that are missing: without an answer (0), or not timed alone (1)."""
+        levels = {key: missing[which] for key, missing in _missing(self._journal, planned).items()}
         todo = [chain for chain in planned if levels[chain.key]]
         self._random.shuffle(todo)
         tasks = [(pool.run_chain, self._path, c, levels[c.key], repeats, self._settings.limit, alone) for c in todo]

@@ -104,6 +104,21 @@ def test_resume(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "membrane-disc" in out
 
 
+def test_other_versions(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """A complete study can be looked at with a later version, which keeps under what it was made; none goes on so."""
+    made = json.loads((folder / "study.json").read_text(encoding="utf8"))["versions"]
+    monkeypatch.setattr("runs.study.versions", lambda: {**made, "petsc": "0.0"})
+    assert main(["study", *SHORT, "-o", str(folder)]) == DONE
+    assert json.loads((folder / "study.json").read_text(encoding="utf8"))["versions"] == made
+    journal = folder / "runs.jsonl"
+    whole = journal.read_bytes()
+    journal.write_bytes(b"".join(whole.splitlines(keepends=True)[:-1]))
+    capsys.readouterr()
+    assert main(["study", *SHORT, "-o", str(folder)]) == BAD_INPUT
+    assert f"begun with petsc = {made['petsc']}, not 0.0" in capsys.readouterr().err
+    journal.write_bytes(whole)
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
@@ -130,7 +145,7 @@ def test_bad_folder(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[
     """A file, a folder with other things in it and one of another study are left as they are."""
     file = tmp_path / "file"
     file.write_text("mine")
-    for target, said in ((file, "is a file"), (tmp_path, "other files"), (folder, "settings levels = 2, not 3")):
+    for target, said in ((file, "is a file"), (tmp_path, "other files"), (folder, "levels = 2, not 3")):
         before = {p: p.read_bytes() for p in folder.iterdir()}
         assert main(["study", *SHORT[:2], "3", *SHORT[3:], "-o", str(target)]) == BAD_INPUT
         assert said in capsys.readouterr().err

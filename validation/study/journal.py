@@ -18,29 +18,27 @@ class Journal:
     def __init__(self, path: Path) -> None:
         self.path = path
 
-    def begin(self, head: dict[str, Any]) -> bool:
-        """Write the first line, or hold it against `head`; whether there was one already.
+    def begin(self, head: dict[str, Any]) -> dict[str, Any]:
+        """Write the first line where there is none, and return the one that is there.
 
         Raises
         ------
         ValueError
-            where the file belongs to another study; it names the first difference.
+            where the file belongs to a study with other ``settings``; it names the first that differs.
         """
         if self.path.exists():
             lines = self.lines()
             if lines:
-                difference = _difference(lines[0], head)
-                if difference:
-                    raise ValueError(
-                        f"{self.path.parent}: holds a study with {difference}; name another folder with -o"
-                    )
-                return True
+                other = difference(lines[0].get("settings", {}), head["settings"])
+                if other:
+                    raise ValueError(f"{self.path.parent}: holds a study with {other}; name another folder with -o")
+                return lines[0]
             if self.path.stat().st_size and not self.path.read_bytes().startswith(b'{"'):
                 raise ValueError(f"{self.path}: is not the journal of a study")
         part = self.path.with_name(self.path.name + ".part")
         part.write_text(json.dumps(head) + "\n", encoding="utf8")
         part.replace(self.path)
-        return False
+        return head
 
     def append(self, entry: dict[str, Any]) -> None:
         """Add a line; when this returns it survives a kill."""
@@ -72,14 +70,9 @@ def _ends_whole(path: Path) -> bool:
         return file.read(1) == b"\n"
 
 
-def _difference(old: dict[str, Any], new: dict[str, Any], where: str = "") -> str:
-    """The first entry in which two nested dictionaries differ, in words; "" where they are equal."""
+def difference(old: dict[str, Any], new: dict[str, Any]) -> str:
+    """The first entry in which two dictionaries differ, in words; "" where they are equal."""
     for key in dict.fromkeys([*new, *old]):
-        a, b = old.get(key), new.get(key)
-        if isinstance(a, dict) and isinstance(b, dict):
-            inner = _difference(a, b, f"{where}{key} ")
-            if inner:
-                return inner
-        elif a != b:
-            return f"{where}{key} = {a}, not {b}"
+        if old.get(key) != new.get(key):
+            return f"{key} = {old.get(key)}, not {new.get(key)}"
     return ""

@@ -33,7 +33,7 @@ class Settings:
     levels: int = LEVELS
     repeats: int = 3
     seed: int = 0
-    limit: float = 60.0
+    limit: float = 30.0
     changes: tuple[tuple[str, Parameter], ...] = ()
     scenes: tuple[str, ...] = ()
     recording: float = 20.0
