@@ -217,7 +217,9 @@ class MortarContact:
         x, y = side.X + u, other.X + v
         pieces, corners = side.pieces(x)
         pieces_m, corners_m = other.pieces(y)
-        pairs = self._candidates(x, y, corners)
+        # Within a step the bodies may be as deep in each other as they have moved
+        depth = self.depth + sum(_largest(now - then) for now, then in zip((u, v), self._accepted, strict=True))
+        pairs = self._candidates(x, y, corners, depth)
         points, weights = quadrature(side.dim, DEGREE[side.dim])
         covered, area, gram, gap, mean, own, across = integrate(
             pairs,
@@ -232,7 +234,7 @@ class MortarContact:
             weights,
             self._clearance,
             self.reach,
-            self.depth,
+            depth,
             _axisymmetric(side.body),
         )
         kept = np.flatnonzero(_nearest(pairs[:, 0], covered, gap, area, weights.sum()))
@@ -255,7 +257,7 @@ class MortarContact:
             sums[:, 2:],
         )
 
-    def _candidates(self, x: Floats, y: Floats, corners: Floats) -> Ints:
+    def _candidates(self, x: Floats, y: Floats, corners: Floats, depth: float) -> Ints:
         """Pairs of this rank's facets and the other side's that may look at each other, (p, 2), by facet."""
         mine = self.facets.mine
         x, corners = x[mine], corners[mine]
@@ -269,7 +271,7 @@ class MortarContact:
         axes /= np.linalg.norm(axes, axis=1)[:, None]
         # A piece's own normal leaves the facet's axis by the sine of their angle
         widening = np.linalg.norm(n - axes[:, None], axis=2).max(axis=1, initial=0.0)
-        pairs = tree.along(centres, radii, axes, widening, self.reach, self.depth)
+        pairs = tree.along(centres, radii, axes, widening, self.reach, depth)
         pairs[:, 0] += mine.start
         return pairs
 
@@ -291,6 +293,10 @@ def sides(first: Facets, second: Facets, choice: str) -> tuple[Facets, Facets]:
 
 def _stiffness(body: Body) -> float:
     return float(np.mean(getattr(body.model, "E", np.inf)))
+
+
+def _largest(u: Floats) -> float:
+    return float(np.sqrt((u**2).sum(axis=2).max(initial=0.0)))
 
 
 def _axisymmetric(body: Body) -> bool:

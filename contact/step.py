@@ -78,8 +78,8 @@ def step(
             return StepResult(lam, gap, corrected, problem, certificate, number, iterations, solution.details)
         # A pass with the same A contracts about as well as the last one.
         settling = certificate.residual**2 <= SURE * min(tolerances.complementarity, tolerances.equilibrium) * residual
-        residual = certificate.residual
-        contacts = system.relinearise(contacts, corrected, lam, settling)
+        progress, residual = certificate.residual / residual, certificate.residual
+        contacts = system.relinearise(contacts, corrected, lam, settling, progress)
 
     missed = certificate.beyond(tolerances)
     raise ContactNotConvergedError(f"the passes of detection and correction leave {missed}", iterations, residual)

@@ -15,6 +15,7 @@ from petsc4py import PETSc
 
 from contact.clock import Clock
 from contact.delassus import CompliantDelassus, DirectDelassus, direct
+from contact.mixing import Mixing
 from contact.pairs import Constraints, Pair
 from contact.ranks import total
 from contact.rows import Rows, SparseRows
@@ -24,6 +25,7 @@ from fem.integrators import Integrator, Static
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+STEADY = 0.5  # a pass that leaves more than this part of the residual wants columns of its own
 
 
 class TimedDelassus(CompliantDelassus):
@@ -157,6 +159,7 @@ class System:
         self._detected: list[Constraints] = []
         self._linearisation: Linearisation | None = None
         self._base: Floats | None = None
+        self._mixing = Mixing(comm, bodies)
 
     # --- free motion ----------------------------------------------------------------------------------------------
 
@@ -172,6 +175,7 @@ class System:
         `lam` are the contact forces before it, whose curvature enters A.
         """
         integrator = self.integrator(dt)
+        self._mixing = Mixing(self.comm, self.bodies)
         with self.clock("assemble"):
             for body in self.bodies:
                 body.begin(t, integrator)
@@ -232,6 +236,7 @@ class System:
         with self.clock("detect"):
             found = [pair.detect() for pair in self.pairs]
             if self._linearisation is not None and all(f is None for f in found):
+                self._linearisation.base = self._base
                 return self._linearisation
             self._detected = [
                 new or self._detected[i]  # a pair that finds nothing new says None
@@ -241,15 +246,28 @@ class System:
             self._linearisation.base = self._base
             return self._linearisation
 
-    def relinearise(self, last: Linearisation, found: Linearisation, lam: Floats, settling: bool) -> Linearisation:
+    def relinearise(
+        self, last: Linearisation, found: Linearisation, lam: Floats, settling: bool, progress: float
+    ) -> Linearisation:
         """The next pass's linearisation about the present state, with the bodies in their free motion. Collective.
 
         A is formed anew, the curvature of the surfaces under the contact forces in it (a step of the sequential
         quadratic programme). Where one more pass is `settling` the step anyway, A and the columns of W stay those of
-        the `last` pass, and only residuals, gaps and normals are new (a chord iteration).
+        the `last` pass, and only residuals, gaps and normals are new (a chord iteration). Where bodies are linear the
+        columns are all that a new pass costs, and they stay as long as a pass makes `progress`, the part of the
+        residual that it leaves.
         """
         if self.linear:
-            self.free_motion()
+            if found is not last and self._mixing.advance(progress):
+                for pair in self.pairs:
+                    pair.moved()
+                found = self.detect()
+            if found is not last and progress <= STEADY and np.array_equal(found.rows, last.rows):
+                found = found.with_operator(last)
+                self._free_with(found, lam)
+            else:
+                self.free_motion()
+                found.base = None
             return found
         if settling and found.covered(last):
             found = found.with_operator(last)
@@ -293,7 +311,10 @@ class System:
         return Linearisation(parts, H, free, offset, movable, met, rows, None if G is None else G[rows], self.clock)
 
     def _rigid_rates(self, free: dict[Body, Rows]) -> Floats | None:
-        """G = H R for the floating bodies; ValueError where no constraint opposes one of their modes."""
+        """G = H R for the floating bodies; ValueError where no constraint opposes one of their modes.
+
+        Where constraints have opposed them before, a pass has led the body away: not converged.
+        """
         floating = [body for body in self.bodies if body.modes.shape[1]]
         if not floating:
             return None
@@ -301,6 +322,9 @@ class System:
         for body in floating:
             G_body = total(body.comm, free[body].sparse() @ body.modes)
             held = np.linalg.matrix_rank(G_body) if G_body.size else 0
+            if held < body.modes.shape[1] and self._linearisation is not None:
+                reason = f"body {body.name!r} has left the contacts that hold it"
+                raise ContactNotConvergedError(reason, 0, np.inf)
             if held < body.modes.shape[1]:
                 raise ValueError(
                     f"body {body.name!r}: {body.modes.shape[1]} rigid motion(s) that no support holds and "

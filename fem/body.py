@@ -24,6 +24,7 @@ from fem.supports import Supports
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 SURFACE = "surface"
+ROUNDING = 20 * float(np.finfo(float).eps) / 1e-8
 
 
 class Body:
@@ -342,12 +343,12 @@ class Body:
         """‖f_int + inertia − f_ext − Hᵀλ‖ of free unknowns over the sum of norms, for forces Hᵀλ. Collective."""
         inner, inertia = self._forces()
         rest = np.where(self.fixed, 0.0, inner + inertia - self.load - contact)
-        # Below eps ‖A‖ × size forces are round-off of positions, not to be measured against themselves: with this floor
-        # a residual within the default tolerance of 1e-8 is at most that.
+        # Where a body moves as a whole its forces are round-off of positions, not to be measured against themselves:
+        # with this floor a residual within the default tolerance of 1e-8 is at most 20 eps ‖A‖ × size.
         moved = self.coordinates()[: self.space.components * self.space.piece.owned]
         length = max(self.size, float(np.sqrt(self.space.comm.allreduce(float(moved @ moved)))))
         forces = (self._matrices.unit * f for f in (rest, inner, inertia, self.load, contact))
-        return self._ratio(*forces, least=1e-8 * (self._factor.scale if self._factor else 0.0) * length)
+        return self._ratio(*forces, least=ROUNDING * (self._factor.scale if self._factor else 0.0) * length)
 
     def _ratio(self, rest: Floats, *forces: Floats, least: float = 0.0) -> float:
         squares = self.space.comm.allreduce(np.array([v @ v for v in (rest, *forces)]))

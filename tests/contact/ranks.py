@@ -9,6 +9,7 @@ from mpi4py import MPI
 
 import validation.cases  # noqa: F401  enters the cases
 from contact.build import build
+from contact.certificate import Tolerances
 from contact.loop import AcceptedStep, march
 from contact.scene import Scene
 from contact.step import step
@@ -95,7 +96,7 @@ def _two_bodies(comm: Any) -> dict[str, float]:
         contact = {"body": "upper", "tag": "bottom", "surface": surface, "sliding": sliding}
         system = build(Scene.model_validate({"body": bodies, "contact": [contact]}), comm)
         system.prepare()
-        found = step(system, 1.0)
+        found = step(system, 1.0, tolerances=Tolerances(1e-11, 1e-11))
         assert found.lam.sum() > 0
         result |= {f"two bodies {dim}: force": found.lam.sum(), f"two bodies {dim}: norm": float(found.lam @ found.lam)}
         system.close()

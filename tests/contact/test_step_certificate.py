@@ -176,3 +176,22 @@ def test_unloading(state: State, gap: float) -> None:
         result = step(system, t)
         assert result.lam.sum() == pytest.approx(0.1 * t, rel=1e-9, abs=1e-15)
     system.close()
+
+
+@pytest.mark.parametrize("n", [3, 12])
+def test_a_body_carried_by_its_supports(n: int) -> None:
+    """A body that its supports shift as a whole has no forces but round-off, and is certified."""
+    mesh = {"shape": "box", "size": [1.0, 1.0, 0.5], "n": n, "structured": True, "origin": [0.3, 0.2, 5.0]}
+    shifts = {"x": 0.1, "y": 0.03, "z": 0.07}
+    body = {
+        "name": "body",
+        "mesh": mesh,
+        "material": {"E": 1.0, "nu": 0.3, "state": "3d"},
+        "supports": [{"tag": "top", "component": c, "value": v} for c, v in shifts.items()],
+    }
+    system = prepared(body=[body])
+    assert step(system, 1.0).certificate.equilibrium < 1e-8
+    np.testing.assert_allclose(
+        system.bodies[0].displacement, np.tile([*shifts.values()], (system.bodies[0].space.piece.total, 1))
+    )
+    system.close()
