@@ -37,6 +37,7 @@ def test_patch_on_either_side(dim: str, side: str, multiplier: str) -> None:
         ("hertz-line", 1 / 20, {"E1": 1.0, "E2": 30.0, "nu2": 0.1, "a": 0.28}, {"force": 3.2e-3, "p0": 8e-3}),
         ("hertz-point", 1 / 20, {"E1": 10.0, "E2": 1.0}, {"force": 8e-3, "p0": 1.6e-2, "radius": 0.028}),
         ("hertz-point", 1 / 20, {"E1": 1.0, "E2": 1.0, "multiplier": "dual"}, {"force": 8e-3, "p0": 1.6e-2}),
+        ("hertz-point", 1 / 10, {"E1": 10.0, "E2": 1.0, "model": "3d"}, {"force": 1.6e-2, "p0": 0.16}),
         ("wavy", 1 / 20, {"E1": 50.0, "wavelength": 1.1}, {"p0": 1e-3, "valley": 2e-2, "pressure_error": 4e-2}),
         # 1e-3 is asked, at 1/8 and 1/16
         ("shrink-fit", 1 / 4, {}, {"pressure": 1e-3, "pressure_spread": 1e-2, "displacement_error": 1e-3}),

@@ -178,17 +178,19 @@ def _hertz_line_pair(run: Run) -> list[Quantity]:
 @case(
     "wavy",
     {
-        "E1": 2.0, "nu1": 0.3, "E2": 2.0, "nu2": 0.3, "wavelength": 1.0, "amplitude": 0.01, "a": 0.3,
+        "E1": 2.0, "nu1": 0.3, "E2": 2.0, "nu2": 0.3, "wavelength": 1.0, "amplitude": 0.01, "a": 0.3, "H": 2.0,
         "multiplier": "vertex", "side": "auto",
     },
     levels=(1 / 20, 1 / 40, 1 / 80),
+    studied=({"H": 3.0},),
     study=(1 / 20, 1 / 30, 1 / 45, 1 / 70, 1 / 105),
     rates={"pressure_error": {2: (1.0, 0.1)}, "displacement_error": {2: (2.0, 0.1)}},
 )  # fmt: skip
 def wavy(run: Run) -> list[Quantity]:
-    """Westergaard's waves: two free bodies pressed together, half a period of them, three periods high.
+    """Westergaard's waves: two free bodies pressed together, half a period of them, H high.
 
-    The waves Δ(1 − cos 2πx/λ) are the initial clearance of two plane faces, h is given for λ = 1.
+    The waves Δ(1 − cos 2πx/λ) are the initial clearance of two plane faces; h and H are given for λ = 1. At H = 2 the
+    exact stress on the far sides is uniform to 6e-5.
     """
     pair = TwoBodies(**run.values("E1", "nu1", "E2", "nu2"))
     period, amplitude = run["wavelength"], run["amplitude"]
@@ -225,9 +227,8 @@ def wavy(run: Run) -> list[Quantity]:
 def _tower(run: Run, name: str, number: int, h: float, pressure: float) -> dict[str, object]:
     """Half a period of a body, above or below y = 0, between rollers under a pressure on its far side."""
     upper, period = number == 1, run["wavelength"]
-    # At two periods the field of the waves is still 5e-5 of what it is at the contact.
-    height = 3 * period
-    cells = [max(2, round(0.5 / h)), max(4, round(1.125 / h))]
+    height = run["H"] * period
+    cells = [max(2, round(0.5 / h)), max(4, round(0.375 * run["H"] / h))]
     return {
         "name": name,
         "mesh": {
