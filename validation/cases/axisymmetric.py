@@ -128,7 +128,7 @@ def _hertz_point_pair(run: Run) -> list[Quantity]:
 def _quarter(
     run: Run, name: str, h: float, field: Callable[[Floats], Floats], material: dict[str, object]
 ) -> dict[str, object]:
-    """A quarter of a box above z = 0, or below it, with the exact motion on its far sides; cells of size h on the contact."""
+    """A quarter of a box above z = 0, or below it, with the exact motion of its far sides; cells of h in contact."""
     far, origin = ("bottom", -1.0) if name == "lower" else ("top", 0.0)
     refine = {"at": [0.0, 0.0, 0.0], "radius": 1.1 * run["a"], "h": h, "growth": 0.4}
     return {
