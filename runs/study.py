@@ -21,7 +21,7 @@ from runs.validate import change
 from validation.case import CASES
 from validation.study import pool, tables
 from validation.study.journal import Journal, difference
-from validation.study.plan import Chain, Settings, chains
+from validation.study.plan import Chain, Settings, chains, treatments
 
 SCENES = ("tube", "coil", "guidewire")
 PROBLEMS = 8  # recorded from each scene
@@ -98,7 +98,7 @@ def _begin(folder: Path, head: dict[str, Any], settings: Settings, planned: list
 def _complete(journal: Journal, settings: Settings, planned: list[Chain]) -> bool:
     """Whether nothing of a study is missing."""
     finished = {(line["problems_of"], line.get("method")) for line in journal.lines() if "finished" in line}
-    wanted = {(scene, method) for scene in settings.scenes for method in (None, *settings.methods)}
+    wanted = {(scene, method) for scene in settings.scenes for method in (None, *treatments(settings.methods))}
     return wanted <= finished and not any(a or b for a, b in _missing(journal, planned).values())
 
 
@@ -174,15 +174,14 @@ class _Study:
         self._share("scenes", tasks, 2 * len(tasks))
 
     def solve(self) -> None:
-        """Solve the recorded problems by each method, `status` also from the forces that the step started with."""
+        """Solve the recorded problems in every way."""
         tasks, count = [], 0
-        warm = ["status, warm"] if "status" in self._settings.methods else []
         for scene in self._settings.scenes:
             files = sorted(str(path) for path in self._problems(scene).glob("step_*.npz"))
-            for method in (*self._settings.methods, *warm):
+            for method, options in treatments(self._settings.methods).items():
                 name = {"problems_of": scene, "method": method}
                 if files and not self._finished(name):
-                    request = {"files": files, "method": method, "repeats": self._settings.repeats}
+                    request = {"files": files, "method": method, "options": options, "repeats": self._settings.repeats}
                     tasks.append((pool.run_request, self._path, name, request, self._settings.limit, True))
                     count += len(files) + 1
         self._random.shuffle(tasks)

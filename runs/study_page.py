@@ -276,7 +276,8 @@ def _recorded(page: Page, found: Tables) -> None:
             ("method", "certified", "median [ms]", "slowest [ms]", "iterations", "residual", "why not"), rows,
             f"`runs/{scene}.toml`: {len(steps)} problems, each the first of a step; "
             f"candidates {min(sizes, default=0)} to {max(sizes, default=0)}, active {spread}{kappa}. `warm`: from the "
-            "forces that the step started with, as the program calls it; the others start from 0.",
+            "forces that the step started with, as the program calls it; the others start from 0. `line search`: of "
+            "PETSc's SNES, in place of its default.",
         )  # fmt: skip
         if bent:
             page.text(

@@ -196,18 +196,20 @@ def answer(
     budget: float = 0.5,
     now: Callable[[], float] = perf_counter,
 ) -> Answer:
-    """Solve, more than once while that takes less than `budget` seconds; from `start` where `method` ends in ", warm".
+    """Solve, more than once while that takes less than `budget` seconds; from `start` by the `method` ``NAME, warm``.
+
+    What else stands behind a comma is for the reader.
 
     A solve that ends with an error, of a method that cannot treat the problem too, is a failure.
     """
-    name, _, warm = method.partition(",")
+    name, _, kind = method.partition(", ")
     times: list[float] = []
     failure, iterations, claimed = "", 0, False
     lam: Floats | None = None
     while not times or (sum(times) < budget and len(times) < REPEATS):
         begun = now()
         try:
-            found = METHODS[name](problem, start if warm else None, tolerance)
+            found = METHODS[name](problem, start if kind == "warm" else None, tolerance)
             lam, iterations = found.lam, found.iterations
         except ContactNotConvergedError as error:
             lam, iterations, failure, claimed = error.lam, error.iterations, error.reason, error.claimed

@@ -10,6 +10,8 @@ from validation.case import CASES, Case, Parameter
 
 LEVELS = 5
 METHODS = ("status", "gauss-seidel", "lemke", "vi-rsls", "vi-ssls", "tao", "vi-primal")
+# PETSc's Newton methods depend on their line search: on recorded problems they are tried with others than the default.
+SEARCHES = ("l2", "basic")
 COARSER = 2**3  # times the mesh size of a case with a single level is where its study begins
 
 
@@ -114,4 +116,21 @@ def chains(settings: Settings) -> list[Chain]:
                 for order in case.orders
                 for method in settings.methods
             ]
+    return found
+
+
+def treatments(methods: Sequence[str]) -> dict[str, dict[str, str]]:
+    """How recorded problems are solved: names, each with the options of PETSc that it sets.
+
+    A name is a method, alone or with what sets it apart behind a comma: ``status, warm`` starts from the forces that
+    the step started with.
+    """
+    found: dict[str, dict[str, str]] = {}
+    for method in methods:
+        found[method] = {}
+        if method == "status":
+            found["status, warm"] = {}
+        if method in ("vi-rsls", "vi-ssls"):
+            key = f"{method.replace('-', '_')}_snes_linesearch_type"
+            found |= {f"{method}, line search {search}": {key: search} for search in SEARCHES}
     return found

@@ -116,13 +116,16 @@ def _record(scene: str, files: str, problems: int, seconds: float) -> Iterator[d
     yield {"outcome": "recorded", "ended": ended, "files": sorted(p.name for p in folder.glob("step_*.npz"))}
 
 
-def _problems(files: list[str], method: str, repeats: int) -> Iterator[dict[str, Any]]:
-    """Solve recorded problems by a method."""
+def _problems(files: list[str], method: str, options: dict[str, str], repeats: int) -> Iterator[dict[str, Any]]:
+    """Solve recorded problems by a method, named as `plan.treatments` does, with options of PETSc."""
     import numpy as np
+    from petsc4py import PETSc
 
     from validation.case import plain
     from validation.recorded import answer, recorded
 
+    for key, value in options.items():
+        PETSc.Options()[key] = value
     for number, file in enumerate(files):
         problem, start = recorded(Path(file))
         if not number:
