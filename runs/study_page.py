@@ -24,6 +24,12 @@ SOLVER = {
     "tao": "PETSc TAO `bnls` on ½ λᵀWλ + qᵀλ, λ ≥ 0",
     "vi-primal": "PETSc SNES `vinewtonrsls` on the displacements, where contacts are bounds on single unknowns",
 }
+# Reasons of SNES and TAO for stopping.
+REASONS = {
+    "-1": "function domain", "-2": "iterations or evaluations used up", "-3": "linear solve failed",
+    "-4": "not a number", "-5": "iterations or evaluations used up", "-6": "line search failed", "-7": "inner solve failed",
+    "-8": "local minimum of the merit function", "-9": "diverged",
+}  # fmt: skip
 DPI = 150
 BENT = -1e-9  # an eigenvalue of W below it, of 1 on the diagonal, is not one of round-off
 
@@ -222,7 +228,8 @@ def _comparison(page: Page, found: Tables, names: Iterable[str]) -> None:
     page.heading("Claims that the certificate denies")
     if lies:
         page.points(
-            f"{where}: `{r['method']}` claims convergence ({r['reason']}); its residual is {r['residual']:.1e}."
+            f"{where}: `{r['method']}` claims convergence ({r['reason']}); its residual is {r['residual']:.1e}, "
+            "allowed are 1e-9."
             for where, r in lies
         )
     else:
@@ -233,23 +240,44 @@ def _on_case(runs: list[Row]) -> list[Entry]:
     solved = [r for r in runs if r["outcome"] == "solved"]
     share = f"{len(solved)} of {len(runs)}"
     mark = "good" if len(solved) == len(runs) else "fair" if solved else "bad"
-    why = [_why(r) for r in runs if r["outcome"] not in ("solved", "not tried")]
+    why = _failures(r for r in runs if r["outcome"] not in ("solved", "not tried"))
     last = max(solved, key=lambda r: (r["order"], r["level"]), default=dict.fromkeys(runs[0]))
     times: list[Entry] = [_seconds(last[name]) for name in ("solve", "delassus", "total")]
     entries: list[Entry] = [last["unknowns"], last["contacts"], last["iterations"], *times]
-    return [Cell(share, mark), *entries, "; ".join(dict.fromkeys(why))]  # type: ignore[arg-type]
+    return [Cell(share, mark), *entries, why]  # type: ignore[arg-type]
+
+
+def _failures(runs: Iterable[Row]) -> str:
+    """Why some runs have no answer, each reason once, how often, and the residuals that were left."""
+    found: dict[str, list[Row]] = defaultdict(list)
+    for run in runs:
+        found[_why(run)].append(run)
+    words = []
+    for why, those in found.items():
+        left = [r["residual"] for r in those if r["residual"] is not None]
+        times = f"{len(those)}× " if len(those) > 1 else ""
+        spread = f"{min(left):.0e}" + (f" to {max(left):.0e}" if max(left) > min(left) else "") if left else ""
+        words.append(f"{times}{why}{f', residual {spread}' if left else ''}")
+    return "; ".join(words)
 
 
 def _why(run: Row) -> str:
-    reason = f": {run['reason']}" if run["reason"] else ""
-    residual = f", residual {run['residual']:.0e}" if run["residual"] is not None else ""
-    return f"{run['outcome']}{reason}{residual}"
+    """The outcome and the reason, PETSc's in words."""
+    if not run["reason"]:
+        return str(run["outcome"])
+    solver, _, number = run["reason"].partition(" reason ")
+    if run["claimed"]:
+        return f"{solver} claims convergence"
+    reason = f"{solver}: {REASONS[number]}" if number in REASONS else run["reason"]
+    return reason if run["outcome"] in ("failed", "not converged") else f"{run['outcome']}: {reason}"
 
 
 def _recorded(page: Page, found: Tables) -> None:
     page.heading("On contact problems of devices in vessels")
     for scene in dict.fromkeys(p["scene"] for p in found["problems"]):
-        mine = [p for p in found["problems"] if p["scene"] == scene]
+        every = [p for p in found["problems"] if p["scene"] == scene]
+        bent = {p["step"] for p in every if p["least_eigenvalue"] is not None and p["least_eigenvalue"] < BENT}
+        mine = [p for p in every if p["step"] not in bent]
         known = [p for p in mine if p["active"] is not None]
         rows: list[list[Entry]] = []
         for method in dict.fromkeys(p["method"] for p in mine):
@@ -263,14 +291,12 @@ def _recorded(page: Page, found: Tables) -> None:
                 row.append(f"{max(p['residual'] for p in solved):.0e}")
             else:
                 row += [None, None, None, None]
-            failed = [p for p in its if p["outcome"] != "solved"]
-            rows.append([*row, "; ".join(dict.fromkeys(_why(p) for p in failed))[:300]])
+            rows.append([*row, _failures(p for p in its if p["outcome"] != "solved")])
         conditions = [p["condition"] for p in known if p["condition"]]
         kappa = f", condition of the active block {min(conditions):.0e} to {max(conditions):.0e}" if conditions else ""
         sizes = [p["candidates"] for p in mine if p["candidates"]]
         active = [p["active"] for p in known]
         spread = f"{min(active)} to {max(active)}" if active else "unknown"
-        bent = sorted({p["step"] for p in mine if p["least_eigenvalue"] is not None and p["least_eigenvalue"] < BENT})
         steps = {p["step"] for p in mine if p["step"] >= 0}
         page.table(
             ("method", "certified", "median [ms]", "slowest [ms]", "iterations", "residual", "why not"), rows,
@@ -280,10 +306,11 @@ def _recorded(page: Page, found: Tables) -> None:
             "PETSc's SNES, in place of its default.",
         )  # fmt: skip
         if bent:
+            steps_bent = ", ".join(map(str, sorted(bent)))
             page.text(
-                f"Step {', '.join(map(str, bent))}: W has a negative eigenvalue, from the curvature of a wall under "
-                "a compressed wire. Such a problem need not have a solution; where the method says that it found none, "
-                "the program divides the step."
+                f"Left out: step {steps_bent}, whose W has a negative eigenvalue, from the curvature of a wall under a "
+                "compressed wire. No method promises anything there; where the step's own finds nothing, the program "
+                "divides the step."
             )
 
 

@@ -48,10 +48,12 @@ def accepted(
     ------
     ContactNotConvergedError
         With the method's `reason`, where the residual of λ is above `SOLVED`, even if it has `claimed` a solution.
+        Where some Wᵢᵢ is negative, as that of no stable state is, the residual cannot refute a claim: it is not kept.
     """
     elastic = W @ lam
     delta = elastic + q
     reached = scaled(np.diagonal(W) * lam, delta, length(q, elastic))
     if not reached <= SOLVED:
-        raise ContactNotConvergedError(reason, iterations, reached, lam, claimed)
+        refuted = claimed and bool(np.all(np.diagonal(W) >= 0))
+        raise ContactNotConvergedError(reason, iterations, reached, lam, refuted)
     return Solution(lam, np.empty(0), delta, iterations, details or {})

@@ -18,6 +18,7 @@ from contact.solvers import (
     residual,
     solve,
 )
+from contact.solvers.certificate import accepted
 
 ON_W = ["status", "gauss-seidel", "lemke", "vi-rsls", "vi-ssls", "tao"]
 
@@ -115,3 +116,17 @@ def test_residual_is_the_certificate_s():
     assert residual(problem, Solution(lam, np.empty(0), q, 0)) == pytest.approx(complementarity(W, q, lam), rel=1e-12)
     assert residual(dense(0 * W, 0 * q), Solution(lam, np.empty(0), q, 0)) == 0
     assert residual(dense(W, np.abs(q)), Solution(0 * q, np.empty(0), q, 0)) == 0
+
+
+def test_claims_are_kept_where_the_residual_refutes_them():
+    """A claim of forces that leave a penetration is refuted; with a negative Wᵢᵢ the residual cannot refute one."""
+    for W, q, lam, claimed in (
+        (np.eye(2), np.array([-1.0, 0.0]), np.zeros(2), True),
+        (np.array([[-2.0, 5.0], [5.0, -4.0]]), np.array([0.0, -1.0]), np.array([5.0, 2.0]) / 17, False),
+    ):
+        with pytest.raises(ContactNotConvergedError) as error:
+            accepted(W, q, lam, 3, "SNES reason 2", claimed=True)
+        assert error.value.claimed is claimed
+        with pytest.raises(ContactNotConvergedError) as error:
+            accepted(W, q, lam, 3, "SNES reason -6")
+        assert not error.value.claimed
