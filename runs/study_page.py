@@ -27,8 +27,8 @@ SOLVER = {
 # Reasons of SNES and TAO for stopping.
 REASONS = {
     "-1": "function domain", "-2": "iterations or evaluations used up", "-3": "linear solve failed",
-    "-4": "not a number", "-5": "iterations or evaluations used up", "-6": "line search failed", "-7": "inner solve failed",
-    "-8": "local minimum of the merit function", "-9": "diverged",
+    "-4": "not a number", "-5": "iterations or evaluations used up", "-6": "line search failed",
+    "-7": "inner solve failed", "-8": "local minimum of the merit function", "-9": "diverged",
 }  # fmt: skip
 DPI = 150
 BENT = -1e-9  # an eigenvalue of W below it, of 1 on the diagonal, is not one of round-off
