@@ -38,12 +38,16 @@ DEPENDENT = 1e-6
 
 @dataclass(frozen=True)
 class Assembled:
-    """Rows of H on either body before the division by a_i, as lists of entries, and replicated sums (c, …)."""
+    """Rows of H on either body before the division by a_i, as lists of entries, and replicated sums (c, …).
+
+    `openings` are ∫ψ_i g, what gaps are with vertex multipliers.
+    """
 
     own: tuple[Ints, Ints, Floats]
     other: tuple[Ints, Ints, Floats]
     areas: Floats
     gaps: Floats
+    openings: Floats
     normals: Floats
 
 
@@ -103,14 +107,20 @@ class MortarContact:
     # --- the pair -------------------------------------------------------------------------------------------------
 
     def start(self) -> None:
-        """Refuse an interference deeper than declared, and surfaces that do not look at each other."""
-        gaps = self.gaps()
-        if not self.finite and not np.isfinite(gaps).any():
+        """Refuse an interference deeper than declared, and surfaces that do not look at each other.
+
+        Means with the hat functions decide: a dual function has negative values, and with it a bent gap that is open
+        everywhere may have a mean below zero.
+        """
+        found = self._assemble(*self._accepted) if self.finite else self._undeformed()
+        looking = self._looking(found)
+        if not self.finite and not looking.any():
             raise ValueError(
                 f"contact {self.name!r}: no part of {self.facets.body.name}/{self.facets.tag} looks at "
                 f"{self.others.body.name}/{self.others.tag} within {self.reach:.6g} m"
             )
-        check_interference(self.name, gaps, self.interference, self.length)
+        depths = found.openings[looking] / found.areas[looking]
+        check_interference(self.name, depths, self.interference, self.length)
 
     def begin(self) -> None:
         """Pairing and normals are those of the last accepted state until the bodies are corrected."""
@@ -240,21 +250,23 @@ class MortarContact:
         kept = np.flatnonzero(_nearest(pairs[:, 0], covered, gap, area, weights.sum()))
         f, h = pairs[kept].T
         area, gram, gap, mean, own, across = (a[kept] for a in (area, gram, gap, mean, own, across))
+        opening = gap
         if self.dual:
             basis = _dual(f, area, gram)
             gap, mean, own, across = (
                 np.einsum("pij,pj...->pi...", basis, a, optimize=True) for a in (gap, mean, own, across)
             )
         rows = side.rows[f]
-        sums = np.zeros((self.count, 2 + x.shape[2]))
-        np.add.at(sums, rows, np.concatenate([area[..., None], gap[..., None], mean], axis=2))
+        sums = np.zeros((self.count, 3 + x.shape[2]))
+        np.add.at(sums, rows, np.concatenate([np.stack([area, gap, opening], axis=2), mean], axis=2))
         sums = side.body.space.comm.allreduce(sums)
         return Assembled(
             _entries(rows, side.first[f], -own),
             _entries(rows, other.first[h], across),
             sums[:, 0],
             sums[:, 1],
-            sums[:, 2:],
+            sums[:, 2],
+            sums[:, 3:],
         )
 
     def _candidates(self, x: Floats, y: Floats, corners: Floats, depth: float) -> Ints:

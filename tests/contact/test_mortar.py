@@ -357,3 +357,46 @@ def test_columns_are_kept_while_passes_settle(monkeypatch: pytest.MonkeyPatch) -
         system.close()
     assert found[1][0] <= 3 < found[0][0]
     np.testing.assert_allclose(found[0][1], found[1][1], atol=1e-6 * found[0][1].max())
+
+
+@pytest.mark.parametrize("sliding", ["small", "finite"])
+def test_momentum_of_bodies_that_collide(sliding: str) -> None:
+    """Two free blocks in time: what one loses in momentum the other gains."""
+    bodies = []
+    for name, n, order, origin, velocity in (
+        ("lower", 3, 2, [0.0, -1.0], 0.0),
+        ("upper", 4, 1, [0.2, 0.02], ["0.1*y", "-0.3 - 0.1*x"]),
+    ):
+        mesh = {"shape": "box", "size": [1.0, 1.0], "n": n, "order": order, "structured": True, "origin": origin}
+        material = {"E": E, "nu": NU, "state": "plane-strain"}
+        bodies.append({"name": name, "mesh": mesh, "material": material, "density": 1.0, "velocity": velocity})
+    surface = {"kind": "body", "body": "lower", "tag": "top"}
+    contact = {"body": "upper", "tag": "bottom", "surface": surface, "sliding": sliding}
+    times = {"end": 0.4, "steps": 8, "integrator": "implicit-euler"}
+    system = prepared(body=bodies, contact=[contact], time=times)
+    momenta, forces = [], []
+    for k in range(8):
+        result = step(system, 0.05 * (k + 1), 0.05)
+        forces.append(result.lam.sum())
+        rates = [(body, body.checkpoint()["v"]) for body in system.bodies]
+        momenta.append([body.inertia.forces(v).reshape(-1, 2).sum(axis=0) for body, v in rates])
+    lower, upper = np.swapaxes(momenta, 0, 1)
+    assert forces[0] == 0
+    assert forces[-1] > 0
+    assert lower[-1][1] < -0.05
+    np.testing.assert_allclose(lower + upper, np.tile((lower + upper)[0], (8, 1)), atol=1e-12)
+    system.close()
+
+
+def test_an_open_bent_gap_is_no_interference() -> None:
+    """A roll that touches a block in a line: its gap's mean with a dual function is negative, and that is accepted."""
+    material = {"E": E, "nu": NU, "state": "plane-strain"}
+    roll = {"name": "roll", "mesh": {"shape": "half-disc", "radius": 1.0, "h": 0.2, "order": 2}, "material": material}
+    box = {"shape": "box", "size": [1.0, 1.0], "n": 12, "structured": True, "origin": [0.0, -1.0]}
+    block = {"name": "block", "mesh": box, "material": material, "supports": [{"tag": "bottom"}]}
+    roll["supports"] = [{"tag": "top"}]
+    surface = {"kind": "body", "body": "block", "tag": "top"}
+    contact = {"body": "roll", "tag": "arc", "surface": surface, "side": "other", "multiplier": "dual"}
+    system = prepared(body=[roll, block], contact=[contact])
+    assert system.pairs[0].gaps().min() < -1e-5
+    system.close()
