@@ -12,6 +12,7 @@ from meshes.parameters import bad, choice, larger, positive
 from meshes.planar import Side, draw
 from meshes.refine import Refine
 from meshes.shells import through
+from meshes.solids import hemisphere
 from meshes.walls import along, around, axis_of, swept
 
 
@@ -116,13 +117,6 @@ def blunt_tip(radius: float, length: float, h: float, order: int = 1, refine: Re
         quarters = [Side("side", start, o) for start in [(R, 0.0), (0.0, R), (-R, 0.0), (0.0, -R)]]
         disc, arcs = draw(gmsh, quarters, R)
         (_, base), _, *walls = geo.extrude([(2, disc)], 0, 0, length - R)
-        centre, pole = geo.addPoint(0, 0, R), geo.addPoint(0, 0, 0)
-        geo.synchronize()
-        starts = [gmsh.model.getBoundary([(1, arc.entity)], combined=False)[0][1] for arc in arcs]
-        meridians = [geo.addCircleArc(start, centre, pole) for start in starts]
         parts = [Part("base", base), *(Part("side", wall) for _, wall in walls)]
-        for i, arc in enumerate(arcs):
-            loop = geo.addCurveLoop([-meridians[i], arc.entity, meridians[(i + 1) % 4]])
-            parts.append(Part("tip", geo.addSurfaceFilling([loop], sphereCenterTag=centre)))
-        geo.addVolume([geo.addSurfaceLoop([disc, *(part.entity for part in parts if part.tag == "tip")])])
+        parts += hemisphere(gmsh, disc, [arc.entity for arc in arcs], R, "tip")
         return triangulate(gmsh, 3, parts, h, order, refine)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from types import ModuleType
 
 import numpy as np
 
 from meshes.gmsh_model import Part, session, triangulate
 from meshes.mesh import Mesh
-from meshes.parameters import larger, positive
+from meshes.parameters import larger, positive, vector
 from meshes.planar import Side, draw, sector
 from meshes.refine import Refine
 
@@ -83,6 +84,43 @@ def spherical(
                 parts.append(Part(tag, geo.addPlaneSurface([loop])))
         geo.addVolume([geo.addSurfaceLoop([part.entity for part in parts])])
         return triangulate(gmsh, 3, parts, h, order, refine)
+
+
+def hemisphere(gmsh: ModuleType, disc: int, arcs: Sequence[int], radius: float, tag: str) -> list[Part]:
+    """The half ball with its pole at the origin under a disc at z = radius, bounded by four arcs; its round side."""
+    geo = gmsh.model.geo
+    centre, pole = geo.addPoint(0, 0, radius), geo.addPoint(0, 0, 0)
+    geo.synchronize()
+    starts = [gmsh.model.getBoundary([(1, arc)], combined=False)[0][1] for arc in arcs]
+    meridians = [geo.addCircleArc(start, centre, pole) for start in starts]
+    parts = []
+    for arc, here, there in zip(arcs, meridians, meridians[1:] + meridians[:1], strict=True):
+        loop = geo.addCurveLoop([-here, arc, there])
+        parts.append(Part(tag, geo.addSurfaceFilling([loop], sphereCenterTag=centre)))
+    geo.addVolume([geo.addSurfaceLoop([disc, *(part.entity for part in parts)])])
+    return parts
+
+
+def half_ellipsoid(radii: Sequence[float], h: float, order: int = 1) -> Mesh:
+    """The lower half (x/a)² + (y/b)² + (z/c − 1)² ≤ 1, z ≤ c, of an ellipsoid with its pole at the origin.
+
+    Tags: ``ellipsoid``, ``top`` (z = c).
+
+    Parameters
+    ----------
+    radii : a, b, c [m]
+    h : size of the cells [m], the geometric mean over the three directions, along which they are stretched alike
+    order : 1 or 2
+    """
+    a, b, c = (positive(f"radii[{i}]", value) for i, value in enumerate(vector("radii", radii, (3,))))
+    R = (a * b * c) ** (1 / 3)
+    with session() as gmsh:
+        o = (0.0, 0.0)
+        quarters = [Side("rim", start, o) for start in [(R, 0.0), (0.0, R), (-R, 0.0), (0.0, -R)]]
+        disc, arcs = draw(gmsh, quarters, R)
+        parts = [Part("top", disc), *hemisphere(gmsh, disc, [arc.entity for arc in arcs], R, "ellipsoid")]
+        ball = triangulate(gmsh, 3, parts, h, order, None)
+    return Mesh(ball.points * np.array([a, b, c]) / R, ball.cells, ball.facets)
 
 
 def sphere_octant(radius: float, h: float, order: int = 1, refine: Refine | None = None) -> Mesh:

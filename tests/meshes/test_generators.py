@@ -137,6 +137,18 @@ SHAPES = {
             "sphere": (2 * pi, SPHERE([0, 0, 2], 2)),
         },
     ),
+    "half-ellipsoid": (
+        {"radii": [2.0, 1.0, 0.5]},
+        0.25,
+        pi * 2 / 3,
+        {
+            "top": (2 * pi, LINE(2, 0.5)),
+            "ellipsoid": (
+                7.934581081557302,  # by quadrature
+                lambda x: np.linalg.norm((x - [0, 0, 0.5]) / [2, 1, 0.5], axis=1) - 1,
+            ),
+        },
+    ),
     "shell-octant": (
         {"inner": 1, "outer": 2},
         0.3,
@@ -198,6 +210,20 @@ def test_every_shape_is_covered():
     elsewhere = {"interval", "domed-block", "catheter", "balloon", "blunt-tip"}
     elsewhere |= {"tube-wall", "vessel-wall", "bifurcation-wall", "aneurysm-wall"}
     assert {name.split()[0] for name in SHAPES} | elsewhere == set(GENERATORS)
+
+
+@pytest.mark.parametrize("axis", [[0, 0, 2], [0, 0, -1], [1, 0, 0], [1, 2, -2], [1e-9, 0, -1]])
+def test_placement(axis):
+    """The z axis points where it is told and the origin moves; volumes and tags stay."""
+    where = {"origin": [1.0, 2.0, 3.0], "axis": axis}
+    here = generate("half-ellipsoid", radii=[2.0, 1.0, 0.5], h=0.5)
+    there = generate("half-ellipsoid", radii=[2.0, 1.0, 0.5], h=0.5, placement=where)
+    assert volume(there.points, there.cells) == pytest.approx(volume(here.points, here.cells), rel=1e-12)
+    unit = np.array(axis) / np.linalg.norm(axis)
+    np.testing.assert_allclose((there.points - where["origin"]) @ unit, here.points[:, 2], atol=1e-12)
+    np.testing.assert_array_equal(there.facets["top"], here.facets["top"])
+    plane = generate("disc", radius=1.0, h=0.5, placement={"origin": [3.0, 0.0]})
+    assert plane.points[:, 0].min() == pytest.approx(2.0)
 
 
 def test_domed_block():
@@ -327,6 +353,11 @@ def test_structured_meshes_do_without_gmsh(monkeypatch):
         ("ring", {"refine": {"at": [1, 0, 0], "radius": 0.1, "h": 0.1}}, r"refine\.at = .*list of 2 numbers"),
         ("ring", {"refine": {"at": 1, "radius": 0.1, "h": 0.1}}, r"refine\.at = 1"),
         ("ring", {"refine": {"at": [1, 0], "radius": 0.1, "h": 0.6}}, r"refine\.h = 0\.6: must be at most h = 0\.5"),
+        ("ring", {"placement": 3}, "placement = 3: must be a table with origin and axis"),
+        ("ring", {"placement": {"axis": [0, 1]}}, r"placement\.origin: missing"),
+        ("ring", {"placement": {"origin": [0, 1, 2]}}, "origin = .*list of 2 numbers"),
+        ("ring", {"placement": {"origin": [0, 1], "axis": [0, 0, 1]}}, "axis = .*left out of a mesh of dimension 2"),
+        ("ring", {"placement": {"origin": [0, 1], "turn": 1}}, r"placement\.turn = 1: unknown, must be one of origin"),
         ("box", {"size": (1, 1, 1, 1)}, "size = .*list of 2 or 3"),
         ("box", {"size": (1, -1)}, r"size\[1\] = -1"),
         ("box", {"size": (1, 1), "origin": (0, 0, 0)}, "origin = .*list of 2"),
