@@ -150,7 +150,7 @@ class Gatherer:
             body, rows, numbers, areas, point = pair.recorded()
             nodes = self.first[body] + self.originals[body][numbers]
             if point is None:
-                point = _in_space(part.places) + displacement[nodes]
+                point = _in_space(part.places)[rows] + displacement[nodes]
             owner = np.full(len(rows), self.system.bodies.index(body))
             found.append((start + rows, owner, nodes, areas, point, normals[rows]))
             start += part.count
