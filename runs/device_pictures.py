@@ -44,7 +44,7 @@ class Stage:
     """
 
     def __init__(self, sight: Sight, view: View, pixels: float) -> None:
-        pyvista = _pyvista()
+        pyvista = library()
         # Without a display VTK complains before it finds EGL or OSMesa.
         pyvista.vtk_verbosity("off")
         self.sight, self.view = sight, view
@@ -77,7 +77,7 @@ class Stage:
 
     def shot(self, frame: Frame) -> NDArray[np.uint8]:
         """The step as an image (h, w, 3)."""
-        pyvista = _pyvista()
+        pyvista = library()
         x, radius = frame.bodies.positions, frame.point_data["radius"]
         # Nothing is rendered, and the camera stays, until all is there.
         look = {"reset_camera": False, "render": False}
@@ -135,7 +135,7 @@ def device_figure(path_record: str | os.PathLike[str], step: int = -1) -> Figure
     OSError
         where VTK finds nothing to render with.
     """
-    _pyvista()
+    library()
     frame = Frame.read(path_record, step)
     history = History.read(path_record)
     lam = frame.contact["lambda"]
@@ -150,10 +150,10 @@ def device_figure(path_record: str | os.PathLike[str], step: int = -1) -> Figure
         with Stage(sight, view, 1.5 * DPI * WIDTH / sum(widths)) as stage:
             image = stage.shot(frame)
         axes.append(figure.add_subplot(above[i]))
-        _draw_view(axes[-1], image, view)
+        draw_view(axes[-1], image, view)
     _draw_colours(figure, axes, sight.top)
     below = places[1].subgridspec(1, 4)
-    _draw_history([figure.add_subplot(below[i]) for i in range(4)], history, float(frame.row["time"]))
+    draw_history([figure.add_subplot(below[i]) for i in range(4)], history, float(frame.row["time"]))
     figure.suptitle(title(frame), fontsize=12, color="black" if frame.row["converged"] else VERMILLION)
     figure.supxlabel(footer(frame), fontsize=7.5, color="0.3")
     return figure
@@ -167,7 +167,7 @@ def animate(path_record: str | os.PathLike[str], path_movie: str | os.PathLike[s
     ImportError, ValueError, OSError
         as `device_figure`, and where the ending is another or what writes it is missing.
     """
-    _pyvista()
+    library()
     writer = _writer(Path(path_movie))
     history = History.read(path_record)
     last = Frame.read(path_record, -1)
@@ -179,7 +179,7 @@ def animate(path_record: str | os.PathLike[str], path_movie: str | os.PathLike[s
     axes, below = figure.add_subplot(places[0]), figure.add_subplot(places[1])
     steps = np.unique(np.linspace(0, len(history.time) - 1, FRAMES).round().astype(int))
     with Stage(sight, view, 110 * 8.0 / view.width) as stage:
-        shown = _draw_view(axes, stage.shot(last), view)
+        shown = draw_view(axes, stage.shot(last), view)
         _draw_colours(figure, [axes], sight.top)
         _draw_contacts(below, history)
         below.set_xlabel("time t [s]")
@@ -243,7 +243,7 @@ class History:
         )  # fmt: skip
 
 
-def _draw_view(axes: Any, image: NDArray[np.uint8], view: View) -> Any:
+def draw_view(axes: Any, image: NDArray[np.uint8], view: View) -> Any:
     """The image with a scale bar and the directions of the axes."""
     w, h = view.width, view.height
     axes.set_axis_off()
@@ -289,7 +289,7 @@ def _unit(force: float) -> tuple[float, str]:
     return 10.0 ** (3 * power), ("N", "mN", "µN", "nN")[power]
 
 
-def _draw_history(axes: list[Any], history: History, time: float) -> None:
+def draw_history(axes: list[Any], history: History, time: float) -> None:
     factor, unit = _unit(float(history.total.max(initial=0.0)))
     axes[0].plot(history.time, factor * history.total, color=BLUE, linewidth=1, label="sum")
     axes[0].plot(history.time, factor * history.largest, color=VERMILLION, linewidth=1, label="largest")
@@ -336,9 +336,9 @@ def _writer(path: Path) -> Any:
     return animation.FFMpegWriter(fps=PER_SECOND)
 
 
-def _pyvista() -> Any:
+def library() -> Any:
     try:
         import pyvista
     except ImportError:
-        raise ImportError("pictures of devices need pyvista: pip install 'signorini[plot]'") from None
+        raise ImportError("pictures in space need pyvista: pip install 'signorini[plot]'") from None
     return pyvista

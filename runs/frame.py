@@ -91,6 +91,12 @@ class Frame:
         tables = self.scene.get("body", [])
         return any(body.get("material", {}).get("state") == "axisymmetric" for body in tables)
 
+    @property
+    def touching_solids(self) -> bool:
+        """Whether there are solids in space, and one body touches another."""
+        between = any(table["surface"]["kind"] == "body" for table in self.scene.get("contact", []))
+        return between and bool(np.isin(self.bodies.grid.types, (10, 24)).any())
+
     def obstacles(self) -> list[tuple[Surface, int]]:
         """The rigid surfaces of the scene's contacts, and their numbers of coordinates.
 

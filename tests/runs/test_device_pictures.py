@@ -229,5 +229,5 @@ def test_what_cannot_be_drawn_is_said_in_one_line(
     assert "there is no step 9, allowed is 0 to 3" in capsys.readouterr().err
     monkeypatch.setitem(sys.modules, "pyvista", None)
     assert main(["plot", str(wire), "-o", str(tmp_path / "a.png")]) == BAD_INPUT
-    assert capsys.readouterr().err == "signorini: pictures of devices need pyvista: pip install 'signorini[plot]'\n"
+    assert capsys.readouterr().err == "signorini: pictures in space need pyvista: pip install 'signorini[plot]'\n"
     assert not list(tmp_path.iterdir())
