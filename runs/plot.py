@@ -78,12 +78,12 @@ def record_figure(path_record: str | os.PathLike[str], step: int = -1) -> Figure
 
     Solids that touch each other in space hide their contact: they are drawn by `runs.solid_pictures`.
     """
+    figure = new_figure((12.0, 5.6))
     frame = Frame.read(path_record, step)
     if frame.touching_solids:
         from runs.solid_pictures import solid_figure
 
         return solid_figure(path_record, step)
-    figure = new_figure((12.0, 5.6))
     places = figure.add_gridspec(1, 2, width_ratios=(1.25, 1))
     _draw_bodies(figure, places[0], frame)
     _draw_profile(figure.add_subplot(places[1]), frame)
