@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshes.simplices import EDGES
-from runs.device_pictures import WIDTH, History, draw_history, draw_view, library
+from runs.device_pictures import DECADES, WIDTH, History, draw_history, draw_view, library
 from runs.device_sights import View
 from runs.frame import Frame
 from runs.pictures import VERMILLION, Bodies, Floats, Patches, edges, subdivided
@@ -28,6 +28,15 @@ PARTS = {
 STRESS, PRESSURE = "viridis", "magma_r"
 TILT = np.array([0.25, 0.45, 1.0])
 """From where bodies are seen, in parts of right, up and towards the eye."""
+
+
+class Scale(NamedTuple):
+    """What colours say: their name, the values at their ends, logarithmic where the lower one is not 0, a label."""
+
+    colours: str
+    top: float
+    bottom: float
+    label: str
 
 
 class Cut(NamedTuple):
@@ -67,14 +76,16 @@ def solid_figure(path_record: str | os.PathLike[str], step: int = -1) -> Figure:
     # Stress is singular at clamped edges: the last half percent must not take all the colours.
     stress, pressure = nodal(bodies), linear(bodies, frame.point_data["contact_pressure"])
     tops = float(np.quantile(stress, 0.995)) or 1.0, float(pressure.max()) or 1.0
-    labels = f"{bodies.label}, cut open", "contact pressure p [Pa]"
-    pictures = zip((stress, pressure), tops, (STRESS, PRESSURE), labels, views, strict=True)
-    for number, (values, top, colours, label, (view, cut)) in enumerate(pictures):
+    scales = (
+        Scale(STRESS, tops[0], tops[0] / DECADES if unlike(bodies, stress) else 0.0, f"{bodies.label}, cut open"),
+        Scale(PRESSURE, tops[1], 0.0, "contact pressure p [Pa]"),
+    )
+    for number, (values, scale, (view, cut)) in enumerate(zip((stress, pressure), scales, views, strict=True)):
         shown = bodies.grid.body if number == 0 else frame.contact["body"]
-        image = shot(bodies, values, shown, view, cut if number == 0 or inside else None, colours, top)
+        image = shot(bodies, values, shown, view, cut if number == 0 or inside else None, scale)
         axes = figure.add_subplot(above[number])
         draw_view(axes, image, view)
-        _draw_colours(figure, axes, colours, top, label, bool(values.max() > top))
+        _draw_colours(figure, axes, scale, bool(values.max() > scale.top))
     draw_history([figure.add_subplot(below[i]) for i in range(4)], history, float(frame.row["time"]))
     figure.suptitle(title(frame), fontsize=12, color="black" if frame.row["converged"] else VERMILLION)
     figure.supxlabel(footer(frame), fontsize=7.5, color="0.3")
@@ -126,6 +137,14 @@ def nodal(bodies: Bodies) -> Floats:
     return np.asarray(total / np.maximum(count, 1))
 
 
+def unlike(bodies: Bodies, values: Floats) -> bool:
+    """Whether the medians of nodal values on two bodies differ by more than a factor of ten."""
+    grid = bodies.grid
+    owner = grid.body[np.repeat(np.arange(len(grid.types)), np.diff(grid.offsets))]
+    medians = [float(np.median(values[grid.connectivity[owner == number]])) for number in np.unique(owner)]
+    return max(medians) > 10 * min(medians)
+
+
 def linear(bodies: Bodies, values: Floats) -> Floats:
     """Nodal values, of which those at middle nodes are the means of the edge's ends: a pressure is one of vertices."""
     grid, result = bodies.grid, values.copy()
@@ -137,7 +156,7 @@ def linear(bodies: Bodies, values: Floats) -> Floats:
 
 
 def shot(
-    bodies: Bodies, values: Floats, shown: NDArray[Any], view: View, cut: Cut | None, colours: str, top: float
+    bodies: Bodies, values: Floats, shown: NDArray[Any], view: View, cut: Cut | None, scale: Scale
 ) -> NDArray[np.uint8]:
     """The deformed solids numbered `shown` with nodal values as colours, rendered off screen, as an image (h, w, 3)."""
     pyvista = library()
@@ -157,8 +176,9 @@ def shot(
             if not mesh.n_cells:
                 continue
             skin = mesh.extract_surface(algorithm=None)
-            look = {"scalars": "values", "cmap": colours, "clim": (0.0, top), "show_scalar_bar": False}
-            plotter.add_mesh(skin, smooth_shading=True, split_sharp_edges=True, ambient=0.35, diffuse=0.7, **look)
+            look: dict[str, Any] = {"scalars": "values", "cmap": scale.colours, "clim": (scale.bottom, scale.top)}
+            look |= {"log_scale": scale.bottom > 0, "show_scalar_bar": False, "ambient": 0.35, "diffuse": 0.7}
+            plotter.add_mesh(skin, smooth_shading=True, split_sharp_edges=True, **look)
             rim = skin.extract_feature_edges(35)
             lines = _mesh_lines(bodies, int(number), cut)
             for drawn, line, opacity in ((rim, 2.5, 1.0), (lines, 1.0, 0.25)):
@@ -210,12 +230,16 @@ def _mesh_lines(bodies: Bodies, number: int, cut: Cut | None) -> Any:
     return None
 
 
-def _draw_colours(figure: Figure, axes: Any, colours: str, top: float, label: str, beyond: bool) -> None:
+def _draw_colours(figure: Figure, axes: Any, scale: Scale, beyond: bool) -> None:
     from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize
+    from matplotlib.colors import LogNorm, Normalize
 
-    bar = ScalarMappable(Normalize(0.0, top), colours)
+    power = int(np.clip(np.floor(np.log10(scale.top) / 3), 0, 3))
+    low, high = scale.bottom / 10.0 ** (3 * power), scale.top / 10.0 ** (3 * power)
+    bar = ScalarMappable(LogNorm(low, high) if low else Normalize(0.0, high), scale.colours)
+    ends = {(False, False): "neither", (False, True): "max", (True, False): "min", (True, True): "both"}
+    label = scale.label.replace("[Pa]", f"[{('Pa', 'kPa', 'MPa', 'GPa')[power]}]")
     figure.colorbar(
         bar, ax=axes, label=label, orientation="horizontal", shrink=0.8, aspect=35, pad=0.02,
-        extend="max" if beyond else "neither",
+        extend=ends[low > 0, beyond],
     )  # fmt: skip
