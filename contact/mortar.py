@@ -117,7 +117,8 @@ class MortarContact:
         if not self.finite and not looking.any():
             raise ValueError(
                 f"contact {self.name!r}: no part of {self.facets.body.name}/{self.facets.tag} looks at "
-                f"{self.others.body.name}/{self.others.tag} within {self.reach:.6g} m"
+                f"{self.others.body.name}/{self.others.tag} from at most {self.reach:.6g} m before it to "
+                f"{self.depth:.6g} m behind it (half of the smaller body, and what interference declares)"
             )
         depths = found.openings[looking] / found.areas[looking]
         check_interference(self.name, depths, self.interference, self.length)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from contact.certificate import Certificate, Tolerances, certify
 from contact.solvers import solve
-from contact.solvers.problem import ContactNotConvergedError, ContactProblem
+from contact.solvers.problem import ContactNotConvergedError, ContactProblem, InfeasibleError
 from contact.system import Linearisation, System
 
 Floats = NDArray[np.float64]
@@ -62,8 +62,14 @@ def step(
 
     for number in range(1, max_passes + 1):
         problem = system.problem(contacts)
-        with system.clock("solve"):
-            solution = solve(problem, method, contacts.on_rows(lam), system.precision)
+        try:
+            with system.clock("solve"):
+                solution = solve(problem, method, contacts.on_rows(lam), system.precision)
+        except InfeasibleError as error:
+            if number == 1 or not system.linear:
+                raise
+            # Planes of a state on the way say nothing about the load: a smaller step may get there.
+            raise ContactNotConvergedError(f"in pass {number} {error}", iterations, residual) from None
         system.correct(contacts, solution)
         corrected = system.detect()
 

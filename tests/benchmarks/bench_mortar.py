@@ -1,6 +1,6 @@
 """Time two solids in contact on non-matching meshes, in space: seconds per phase, memory, and the forces.
 
-    OMP_NUM_THREADS=1 python tests/benchmarks/bench_mortar.py [--scale S] [--order P] [--keep FILE.npy]
+    OMP_NUM_THREADS=1 python tests/benchmarks/bench_mortar.py [--scale S] [--sliding finite] [--keep FILE.npy]
     OMP_NUM_THREADS=1 mpiexec -n 2 python tests/benchmarks/bench_mortar.py …
 
 A slab whose lower side bulges is pressed on a block until most of that side touches. With the default scale the bodies
@@ -29,7 +29,7 @@ from meshes.mesh import Mesh
 BULGE, PUSH = 0.012, 0.02
 
 
-def pressed_slab(scale: float, order: int) -> Scene:
+def pressed_slab(scale: float, order: int, sliding: str) -> Scene:
     """The scene; `scale` multiplies the numbers of cells along the sides."""
     fine, coarse = (max(1, round(n * scale)) for n in (52, 21))
     thin, thick = (max(1, round(n * scale)) for n in (4, 6))
@@ -69,6 +69,7 @@ def pressed_slab(scale: float, order: int) -> Scene:
                 "body": "slab",
                 "tag": "bottom",
                 "surface": {"kind": "body", "body": "block", "tag": "top"},
+                "sliding": sliding,
                 "interference": 1e-6,
             }
         ],
@@ -81,11 +82,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scale", type=float, default=1.0)
     parser.add_argument("--order", type=int, default=2)
+    parser.add_argument("--sliding", choices=["small", "finite"], default="small")
     parser.add_argument("--keep", help="write places and forces")
     parser.add_argument("--against", help="compare the forces with those kept by another run")
     arguments = parser.parse_args()
     comm, clock, begin, cpu = MPI.COMM_WORLD, Clock(), time.perf_counter(), time.process_time()
-    system = build(pressed_slab(arguments.scale, arguments.order), comm, clock=clock)
+    system = build(pressed_slab(arguments.scale, arguments.order, arguments.sliding), comm, clock=clock)
     clock.lap()
     built = time.perf_counter() - begin
     system.prepare()
