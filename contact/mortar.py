@@ -294,18 +294,15 @@ def sides(first: Facets, second: Facets, choice: str) -> tuple[Facets, Facets]:
 
     By ``auto`` the side with the finer facets carries the multipliers, as those of a coarse side would let the nodes of
     a fine one pass between them; where they are alike (within 5 %) the softer body, whose unknowns follow the other's
-    shape; where these are alike too, the first.
+    shape; where these are alike too, the first. A rigid body carries none.
     """
     if choice != "auto":
         return (first, second) if choice == "body" else (second, first)
+    E = [float(np.mean(getattr(side.body.model, "E", np.inf))) for side in (first, second)]
     h = [float(side.areas().mean()) ** (1 / side.dim) for side in (first, second)]
-    if max(h) > ALIKE * min(h):
+    if np.isfinite(E).all() and max(h) > ALIKE * min(h):
         return (first, second) if h[0] < h[1] else (second, first)
-    return (first, second) if _stiffness(first.body) <= _stiffness(second.body) else (second, first)
-
-
-def _stiffness(body: Body) -> float:
-    return float(np.mean(getattr(body.model, "E", np.inf)))
+    return (first, second) if E[0] <= E[1] else (second, first)
 
 
 def _largest(u: Floats) -> float:

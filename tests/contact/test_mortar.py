@@ -400,3 +400,71 @@ def test_an_open_bent_gap_is_no_interference() -> None:
     system = prepared(body=[roll, block], contact=[contact])
     assert system.pairs[0].gaps().min() < -1e-5
     system.close()
+
+
+def _stack(state: str, *layers: dict[str, Any], pressure: float = P, **contact: Any) -> System:
+    """Unit blocks one on the other, each with its keys of a mesh, under a pressure; sides free, held at x = 0."""
+    dim = 3 if state == "3d" else 2
+    sides = [{"tag": "left", "component": "r" if state == "axisymmetric" else "x"}]
+    sides += [{"tag": "front", "component": "y"}] if dim == 3 else []
+    bodies, contacts = [], []
+    for number, layer in enumerate(layers):
+        origin = [0.0] * (dim - 1) + [float(number)]
+        shape = {key: value for key, value in layer.items() if key in ("n", "order")}
+        body = {
+            "name": f"body {number}",
+            "mesh": {"shape": "box", "size": [1.0] * dim, "structured": True, "origin": origin, **shape},
+            "supports": [*sides],
+            **{key: value for key, value in layer.items() if key not in shape},
+        }
+        if body.get("kind") != "rigid":
+            body["material"] = {"E": E, "nu": NU, "state": state, **body.get("material", {})}
+        bodies.append(body)
+        if number:
+            surface = {"kind": "body", "body": f"body {number - 1}", "tag": "top"}
+            contacts.append(
+                {"name": str(number), "body": f"body {number}", "tag": "bottom", "surface": surface, **contact}
+            )
+    bodies[0]["supports"].append({"tag": "bottom", "component": "z" if state in ("axisymmetric", "3d") else "y"})
+    bodies[-1]["loads"] = [{"kind": "pressure", "tag": "top", "value": pressure}]
+    return prepared(body=bodies, contact=contacts)
+
+
+@pytest.mark.parametrize("multiplier", ["vertex", "dual"])
+def test_patch_of_revolution(multiplier: str) -> None:
+    """Discs one on the other: weights 2πr, λ = p a, and the uniform strain."""
+    system = _stack("axisymmetric", {"n": 3, "order": 2}, {"n": 5, "order": 1}, multiplier=multiplier)
+    result = step(system, 1.0)
+    areas = result.linearisation.constraints[0].areas
+    assert areas.sum() == pytest.approx(np.pi, rel=1e-12)
+    np.testing.assert_allclose(result.lam, P * areas, atol=1e-11 * P * areas.max())
+    for body in system.bodies:
+        np.testing.assert_allclose(body.displacement, body.points * P / E * np.array([NU, -1.0]), atol=1e-12)
+    system.close()
+
+
+@pytest.mark.parametrize("state", ["plane-strain", "3d"])
+def test_several_pairs(state: str) -> None:
+    """Three blocks, the middle one of mixed elements: both interfaces pass the same uniform pressure."""
+    mixed = {"n": 3, "order": 2, "material": {"formulation": "mixed"}}
+    system = _stack(state, {"n": 2, "order": 2}, mixed, {"n": 2, "order": 1})
+    result = step(system, 1.0)
+    for number, part in enumerate(result.linearisation.constraints):
+        start = number * result.linearisation.constraints[0].count
+        lam = result.lam[start : start + part.count]
+        np.testing.assert_allclose(lam, P * part.areas, atol=1e-9 * P * part.areas.max())
+    system.close()
+
+
+def test_a_rigid_body_on_a_soft_one() -> None:
+    """The soft side carries the multipliers, whatever the facets' sizes, and the rigid body's load arrives."""
+    system = _stack("plane-strain", {"n": 4, "order": 2}, {"n": 9, "kind": "rigid", "guided": True})
+    result = step(system, 1.0)
+    (pair,) = system.pairs
+    assert isinstance(pair, MortarContact)
+    assert pair.facets.body.name == "body 0"
+    assert result.lam.sum() == pytest.approx(P, rel=1e-10)
+    down = system.bodies[1].displacement[:, 1]
+    np.testing.assert_allclose(down, down[0], rtol=1e-12)
+    np.testing.assert_allclose(down, -P * (1 - NU**2) / E, rtol=1e-9)
+    system.close()
