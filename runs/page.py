@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 Mark = Literal["", "good", "fair", "bad", "quiet"]
 
+NUMBER = r"[-−+<>≈≤]?\s?\d[\d.,]*(e[-+]?\d+)?(\s?[±–]\s?\d[\d.]*(e[-+]?\d+)?)?(\s?(s|ms|%|×|MiB))?"
+
 STYLE = """
 :root { --ink: #1a1a1a; --soft: #5b6470; --rule: #d5d9de; --fill: #f4f6f8; --good: #00694b; --fair: #7a5200;
   --bad: #b03a00; }
@@ -59,7 +61,7 @@ figcaption { font-size: .85rem; color: var(--soft); margin-top: .5rem; max-width
 @media print {
   body { max-width: none; padding: 0; font-size: 10pt; }
   h1 { font-size: 20pt; } h2 { font-size: 14pt; margin-top: 1.6rem; } h3 { font-size: 11pt; }
-  h2, h3, caption { break-after: avoid; }
+  h2, h3, h2 + p, caption { break-after: avoid; }
   figure, tr { break-inside: avoid; } thead { display: table-header-group; }
   .scroll { overflow: visible; } table { font-size: 7.5pt; max-width: 100%; } th, td { padding: .15rem .4rem; }
   nav { background: none; border: 1px solid var(--rule); } nav a { text-decoration: none; }
@@ -195,6 +197,6 @@ def _entry(entry: Entry) -> str:
 
 
 def _number(entry: Entry) -> bool:
-    """Whether an entry reads as a number or its absence; numbers may have a spread or a unit behind them."""
+    """Whether an entry is a number or its absence; numbers may have a sign, a spread and a unit."""
     text = entry.text if isinstance(entry, Cell) else "" if entry is None else str(entry)
-    return not isinstance(entry, str | Cell) or not text or re.match(r"[-−+<>≈≤]?\s?[\d.]", text) is not None
+    return not isinstance(entry, str | Cell) or text == "–" or re.fullmatch(NUMBER, text) is not None

@@ -15,7 +15,7 @@ from validation.study.tables import WITHIN, Row, Tables
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-QUANTITIES = 4  # of a case that are drawn at most
+QUANTITIES = 3  # of a case that are drawn at most
 SMALLEST = 1e-16  # is where an error of 0 is drawn
 
 
@@ -24,7 +24,7 @@ def case_figure(found: Tables, case: str) -> Figure:
 
     Second-order elements are filled and drawn through, first-order ones hollow and dashed. The dotted lines have the
     slopes that the claimed rate gives with the growth of unknowns and seconds that was measured, or, without a claim,
-    the fitted ones.
+    the fitted one of the highest order.
     """
     rows = _rows(found, case)
     names = _names(found, case, rows)
@@ -36,11 +36,16 @@ def case_figure(found: Tables, case: str) -> Figure:
             _draw(place, chosen, key)
             _slopes(place, found, chosen, case, name, key)
         errors = [max(row["error"], SMALLEST) for row in chosen if row["error"] is not None]
+        bottom = line[0].get_ylim()[0] / 2  # room for what is written at the slopes
         if errors and min(errors) < 100 * FLOOR:
+            bottom = min(bottom, FLOOR / 3)
             for place in line:
                 place.axhline(FLOOR, color="0.6", linewidth=0.8, linestyle=(0, (1, 2)), zorder=0)
-            line[1].annotate("certificate", (1, FLOOR), xycoords=("axes fraction", "data"), xytext=(-3, 2),
-                             textcoords="offset points", ha="right", fontsize=7, color="0.4")  # fmt: skip
+            line[1].annotate(
+                "certificate", (1, FLOOR), xycoords=("axes fraction", "data"), xytext=(-3, 2),
+                textcoords="offset points", ha="right", fontsize=7, color="0.4",
+            )  # fmt: skip
+        line[0].set_ylim(bottom=bottom)
         line[0].set_ylabel(f"{_words(name)}\nrelative error [–]")
     for second in WITHIN:
         for place in axes[:, 0]:
@@ -86,6 +91,8 @@ def _slopes(axes: Any, found: Tables, rows: list[Row], case: str, name: str, key
     """A dotted line below each order's curve, with its slope written on it."""
     for rate in found["rates"]:
         if (rate["case"], rate["quantity"]) != (case, name) or not rate["unknowns_over_h"]:
+            continue
+        if rate["theory"] is None and rate["order"] < max(row["order"] for row in rows):
             continue
         p = rate["theory"] if rate["theory"] is not None else rate["rate"]
         exponent = None if p is None else p / rate["unknowns_over_h"]
