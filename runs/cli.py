@@ -64,9 +64,9 @@ def parser() -> Parser:
     study.add_argument(
         "--record",
         type=float,
-        default=20.0,
+        default=10.0,
         metavar="T",
-        help="CPU seconds of each scene whose contact problems are recorded; 0: none (default: 20)",
+        help="CPU seconds of each scene whose contact problems are recorded; 0: none (default: 10)",
     )
     study.add_argument("--set", dest="changes", action="append", default=[], metavar="KEY=VALUE")
     study.add_argument("-o", dest="output", default="study", metavar="DIR", help="a study's folder (default: study)")

@@ -178,7 +178,7 @@ def _conditions(page: Page, facts: dict[str, Any], found: Tables) -> None:
         "many processes take part (`--jobs`, or ranks under MPI) no other run of a study goes on beside it; runs of "
         "which only the answer counts share the machine. Each sequence of meshes has a process of its own with one "
         "thread, which first solves the coarsest mesh untimed, so that kernels are compiled. A run is repeated up to "
-        f"{settings['repeats']} times, fewer once its repeats have used a third of the limit of "
+        f"{settings['repeats']} times, fewer once its repeats have used a quarter of the limit of "
         f"{settings['limit']:g} s. Times are of the process's CPU and are the median of the repeats, from the scene "
         "to the certified answer, meshes included; what the comparison with the exact answer takes is not in them. "
         + _idle(found),

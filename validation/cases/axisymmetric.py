@@ -60,7 +60,7 @@ def _section(
         {"model": "3d", "E1": 10.0, "E2": 1.0},
     ),
     studied=({}, {"model": "3d"}),
-    study=lambda p: (1 / 10, 1 / 14, 1 / 20, 1 / 28, 1 / 40) if p["model"] == "3d" else (),
+    study=lambda p: (1 / 8, 1 / 11, 1 / 16, 1 / 22, 1 / 32) if p["model"] == "3d" else (),
 )
 def hertz_point(run: Run) -> list[Quantity]:
     """Hertz's point contact, `model` axisymmetric or 3d: a body (E, nu) on a rigid paraboloid, or E1 …, E2 … on it."""

@@ -120,7 +120,6 @@ def transition(run: Run) -> list[Quantity]:
     levels=(1 / 80,),
     orders=(1, 2),
     variants=({}, {"a": 0.2953}, {"a": 0.3047}, *({"E1": ratio, "E2": 1.0} for ratio in (1.0, 10.0, 1e3, 1e6))),
-    studied=({}, {"E1": 10.0, "E2": 1.0}),
     rates=lambda p: {} if p["E1"] else {"h1_error": {1: (1.0, 0.1), 2: (1.5, 0.15)}},
 )
 def hertz_line(run: Run) -> list[Quantity]:

@@ -38,7 +38,7 @@ class Settings:
     limit: float = 30.0
     changes: tuple[tuple[str, Parameter], ...] = ()
     scenes: tuple[str, ...] = ()
-    recording: float = 20.0
+    recording: float = 10.0
 
     def as_dict(self) -> dict[str, Any]:
         """As JSON keeps it."""

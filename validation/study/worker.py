@@ -23,7 +23,7 @@ from typing import Any
 
 from fem import petsc
 
-ENOUGH = 1 / 3  # of the limit: a run is not repeated when its repeats have taken that together
+ENOUGH = 1 / 4  # of the limit: a run is not repeated when its repeats have taken that together
 
 
 def main() -> None:
