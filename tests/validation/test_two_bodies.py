@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import pytest
@@ -73,12 +74,6 @@ def test_rates_of_the_waves() -> None:
         assert found[0][quantity].exact == pytest.approx(value, rel=2e-7)
 
 
-def test_one_body_of_two() -> None:
-    """E1 without E2."""
-    with pytest.raises(ValueError, match=r"E1 = 2.0, E2 = 0.0: must be given together"):
-        solve("hertz-line", 1 / 10, E1=2.0)
-
-
 @pytest.mark.parametrize(
     ("name", "changes", "printed"),
     [
@@ -92,3 +87,25 @@ def test_printed_numbers(name: str, changes: dict[str, Any], printed: dict[str, 
     _, found = solve(name, 1 / 10, **changes)
     for quantity, value in printed.items():
         assert found[quantity].exact == pytest.approx(value, rel=2e-7)
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "message"),
+    [
+        ("patch", {"ratio": 0.0}, "ratio = 0.0: must be > 0"),
+        ("patch", {"dim": "4d"}, "dim = 4d: must be 2d or 3d"),
+        ("patch", {"cells": "hexagons"}, "cells = hexagons: must be structured or free"),
+        ("patch", {"tilt": 95.0}, "tilt = 95.0: must be an angle in degrees"),
+        ("pin-hole", {"eps": 88.0}, "eps = 88.0: must be below 84.9 degrees"),
+        ("wavy", {"a": 0.6}, "a = 0.6: must be < wavelength/2 = 0.5"),
+        ("shrink-fit", {"a": 2.5}, "b = 2.0: must be > a = 2.5"),
+        ("plug", {"E1": -1.0}, "E1 = -1.0: must be > 0"),
+        ("hertz-line", {"E1": 2.0}, "E1 = 2.0, E2 = 0.0: must be given together"),
+        ("hertz-line", {"a": 1.5}, "a = 1.5: must be < 1, the width of the box"),
+        ("hertz-point", {"model": "2d"}, "model = 2d: must be axisymmetric or 3d"),
+    ],
+)
+def test_bad_parameters(name: str, changes: dict[str, Any], message: str) -> None:
+    """One line that names the parameter, its value and what is allowed."""
+    with pytest.raises(ValueError, match=re.escape(message)):
+        solve(name, 1 / 10, **changes)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from contact.surfaces import Graph
 from validation.case import Quantity, Run, case
-from validation.cases.interfaces import PAIR, half_box, interface, two_bodies
+from validation.cases.interfaces import PAIR, half_box, inside_the_box, interface, two_bodies
 from validation.exact.axisymmetric import AxisymmetricContact
 from validation.exact.hertz_point import HertzPoint
 from validation.exact.punches import Cone, FlatPunch
@@ -66,6 +66,7 @@ def hertz_point(run: Run) -> list[Quantity]:
     """Hertz's point contact, `model` axisymmetric or 3d: a body (E, nu) on a rigid paraboloid, or E1 …, E2 … on it."""
     if run["model"] not in ("axisymmetric", "3d"):
         raise ValueError(f"hertz-point: model = {run['model']}: must be axisymmetric or 3d")
+    inside_the_box(run)
     if two_bodies(run):
         return _hertz_point_pair(run)
     exact = HertzPoint(**run.values("E", "nu", "R", "a"))

@@ -143,7 +143,7 @@ def pin_hole(run: Run) -> list[Quantity]:
     R, and δ(1 − cos θ) is their initial clearance. h is given for R = 1, at θ = 0; the pin's cells are 4/5 of that.
     """
     R, delta = run["R"], run["delta"]
-    exact = PinHole(**run.values("E", "nu", "R", "delta"), eps=np.deg2rad(run["eps"]))
+    exact = PinHole(**run.values("E", "nu", "R", "delta", "eps"))
 
     def clearance(x: Floats, t: float) -> Floats:
         gap: Floats = delta * (1 - x[:, 0] / np.hypot(x[:, 0], x[:, 1]))
@@ -171,8 +171,8 @@ def pin_hole(run: Run) -> list[Quantity]:
     return [
         Quantity("E_delta_over_Q", run["E"] * delta / Q, exact.ratio, 1e-3),
         Quantity("eps", float(np.rad2deg(pressure_width(theta, p, terms=4))), run["eps"], 1e-2),
-        Quantity("p0", multiplier_at_pole(theta, p, 0.5 * exact.eps), exact.p0, 1e-3),
-        Quantity("pressure_error", pressure_error(theta, p, exact.pressure, exact.eps), 0.0, 2e-2),
+        Quantity("p0", multiplier_at_pole(theta, p, 0.5 * exact.angle), exact.p0, 1e-3),
+        Quantity("pressure_error", pressure_error(theta, p, exact.pressure, exact.angle), 0.0, 2e-2),
         Quantity("unbalanced", unbalanced(constraints.H, lam), 0.0, 1e-12),
     ]
 

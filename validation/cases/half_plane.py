@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from validation.case import Quantity, Run, case
-from validation.cases.interfaces import PAIR, fine_above, fine_below, half_box, interface, two_bodies
+from validation.cases.interfaces import PAIR, fine_above, fine_below, half_box, inside_the_box, interface, two_bodies
 from validation.exact.half_plane import HalfPlane
 from validation.exact.hertz_line import HertzLine
 from validation.exact.punches import Wedge
@@ -124,6 +124,7 @@ def transition(run: Run) -> list[Quantity]:
 )
 def hertz_line(run: Run) -> list[Quantity]:
     """Hertz's line contact: a body (E, nu) on a rigid parabola, or where E1 and E2 are given two elastic bodies."""
+    inside_the_box(run)
     if two_bodies(run):
         return _hertz_line_pair(run)
     exact = HertzLine(**run.values("E", "nu", "R", "a"))

@@ -23,6 +23,12 @@ def two_bodies(run: Run) -> bool:
     return all(given)
 
 
+def inside_the_box(run: Run) -> None:
+    """ValueError where contact reaches the far side of a box of width 1."""
+    if run["a"] >= 1:
+        raise ValueError(f"{run.case.name}: a = {run['a']}: must be < 1, the width of the box")
+
+
 def interface(
     run: Run, clearance: Callable[[Floats, float], Floats], curvature: float, approach: float = 0.0
 ) -> dict[str, object]:

@@ -41,7 +41,9 @@ def patch(run: Run) -> list[Quantity]:
     """
     if run["cells"] not in ("structured", "free"):
         raise ValueError(f"patch: cells = {run['cells']}: must be structured or free")
-    exact = Patch(**run.values("E1", "nu1", "E2", "nu2", "p"), tilt=np.deg2rad(run["tilt"]), dim=_dim(run))
+    if run["ratio"] <= 0:
+        raise ValueError(f"patch: ratio = {run['ratio']}: must be > 0")
+    exact = Patch(**run.values("E1", "nu1", "E2", "nu2", "p", "tilt"), dim=_dim(run))
     upper, lower = run.h * max(1.0, 1 / run["ratio"]), run.h * max(1.0, run["ratio"])
     solved = run.solve(
         body=[

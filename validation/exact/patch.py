@@ -23,7 +23,7 @@ class Patch:
     ----------
     E1, nu1, E2, nu2 : upper and lower block [Pa]
     p : pressure [Pa]
-    tilt : slope of the interface [rad], 0 <= tilt < π/2
+    tilt : slope of the interface [degrees], 0 <= tilt < 90
     dim : 2 (plane strain) or 3
 
     Checked: Hooke's law of the strains gives the tractions.
@@ -41,13 +41,13 @@ class Patch:
         elastic(E=self.E1, nu=self.nu1, body="1")
         elastic(E=self.E2, nu=self.nu2, body="2")
         positive(p=self.p)
-        if not 0 <= self.tilt < np.pi / 2:
-            raise ValueError(f"tilt = {self.tilt}: must be an angle in radians, >= 0 and < pi/2")
+        if not 0 <= self.tilt < 90:
+            raise ValueError(f"tilt = {self.tilt}: must be an angle in degrees, >= 0 and < 90")
 
     @property
     def slope(self) -> float:
         """tan(tilt)."""
-        return float(np.tan(self.tilt))
+        return float(np.tan(np.deg2rad(self.tilt)))
 
     @property
     def side_pressure(self) -> float:
@@ -57,7 +57,7 @@ class Patch:
     @property
     def force(self) -> float:
         """Normal force on the interface [N], of a unit thickness in the plane."""
-        return self.p / float(np.cos(self.tilt))
+        return self.p / float(np.cos(np.deg2rad(self.tilt)))
 
     def displacement_upper(self, points: ArrayLike) -> Floats:
         """u of block 1 at points (n, dim) [m]."""

@@ -40,7 +40,7 @@ class PinHole:
     E, nu : Young's modulus [Pa] and Poisson's ratio of both bodies
     R : radius [m]
     delta : ΔR, the difference of the radii [m]
-    eps : contact angle ε [rad], below about 84.9°, where ΔR = 0
+    eps : contact angle ε [degrees], below about 84.9, where ΔR = 0
 
     Checked: g = 0 in contact and > 0 elsewhere; the force by quadrature; equilibrium and Hooke's law by finite
     differences, the tractions at r = R, and their resultant on other circles; the catalogue's EΔR/Q at 30° and 60°.
@@ -57,13 +57,18 @@ class PinHole:
     def __post_init__(self) -> None:
         elastic(E=self.E, nu=self.nu)
         positive(R=self.R, delta=self.delta, eps=self.eps)
-        if self.eps >= np.pi / 2 or self.ratio <= 0:
+        if self.eps >= 90 or self.ratio <= 0:
             raise ValueError(f"eps = {self.eps}: must be below 84.9 degrees, where the clearance is 0")
+
+    @property
+    def angle(self) -> float:
+        """ε [rad]."""
+        return float(np.deg2rad(self.eps))
 
     @property
     def b(self) -> float:
         """tan ½ε."""
-        return float(np.tan(self.eps / 2))
+        return float(np.tan(self.angle / 2))
 
     @cached_property
     def ratio(self) -> float:
@@ -154,8 +159,8 @@ class PinHole:
             log = np.log(max(abs(2 * np.sin(x / 2)), 1e-300))
             return float(self.pressure(phi) * (-np.cos(x) * log - 0.5 - np.cos(x) / 4))
 
-        breaks = [theta] if abs(theta) < self.eps else None
-        return float(quad(integrand, -self.eps, self.eps, points=breaks, epsabs=0, epsrel=1e-10, limit=400)[0])
+        breaks = [theta] if abs(theta) < self.angle else None
+        return float(quad(integrand, -self.angle, self.angle, points=breaks, epsabs=0, epsrel=1e-10, limit=400)[0])
 
     @cached_property
     def _closing(self) -> float:
