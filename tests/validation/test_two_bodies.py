@@ -5,10 +5,22 @@ from __future__ import annotations
 import re
 from typing import Any
 
+import numpy as np
 import pytest
+from mpi4py import MPI
+from numpy.typing import NDArray
 from test_cases import solve, within
 
+from contact.build import build
+from contact.scene import Scene
+from contact.step import step
+from meshes.blocks import box
+from meshes.mesh import Mesh
 from validation.case import CASES, fitted_rate
+from validation.exact.hertz_line import HertzLine
+from validation.exact.two_bodies import TwoBodies, below
+
+Floats = NDArray[np.float64]
 
 
 @pytest.mark.parametrize("order", [1, 2])
@@ -109,3 +121,51 @@ def test_bad_parameters(name: str, changes: dict[str, Any], message: str) -> Non
     """One line that names the parameter, its value and what is allowed."""
     with pytest.raises(ValueError, match=re.escape(message)):
         solve(name, 1 / 10, **changes)
+
+
+def force_of_a_parabola(R: float, drawn: str | None, a: float = 0.3) -> float:
+    """Force over that of Hertz, the parabola as the initial clearance or drawn as the face of one of the bodies."""
+    pair = TwoBodies(E1=10.0, nu1=0.3, E2=1.0, nu2=0.3)
+    halves = [HertzLine(E=E, nu=0.3, a=a, R=R / share) for E, share in zip((10.0, 1.0), pair.shares, strict=True)]
+    bodies = []
+    for name, far, field, n, half, floor in (
+        ("upper", "top", halves[0].displacement, 10, halves[0], 0.0),
+        ("lower", "bottom", below(halves[1].displacement), 13, halves[1], -1.0),
+    ):
+        flat = box([1.0, 1.0], n=n, order=2, structured=True, origin=[0.0, floor])
+        points = flat.points.copy()
+        if name == drawn:
+            points[:, 1] += (1 if floor == 0 else -1) * points[:, 0] ** 2 / (2 * R) * (1 - np.abs(points[:, 1]))
+
+        def moved(x: Floats, t: float, field: Any = field, floor: float = floor) -> Any:
+            return field(np.column_stack([x[:, 0], np.clip(x[:, 1], floor, floor + 1)]))
+
+        bodies.append(
+            {
+                "name": name,
+                "mesh": Mesh(points, flat.cells, flat.facets),
+                "material": {"E": half.E, "nu": half.nu, "state": "plane-strain"},
+                "supports": [
+                    {"tag": "left", "component": "x"},
+                    *({"tag": tag, "value": moved} for tag in ("right", far)),
+                ],
+            }
+        )
+    contact: dict[str, Any] = {"body": "upper", "tag": "bottom"}
+    contact["surface"] = {"kind": "body", "body": "lower", "tag": "top"}
+    if drawn is None:
+        contact["clearance"] = f"x**2/{2 * R}"
+    system = build(Scene.model_validate({"body": bodies, "contact": [contact]}), MPI.COMM_SELF)
+    system.prepare()
+    force = 2 * step(system, 1.0).lam.sum() / halves[0].P
+    system.close()
+    return float(force)
+
+
+@pytest.mark.parametrize("drawn", ["upper", "lower"])
+def test_a_drawn_profile_tends_to_the_clearance(drawn: str) -> None:
+    """A parabola drawn on either body differs from one given as the gap of plane faces by its slope: as 1/R."""
+    radii = [16.0, 32.0, 64.0]
+    apart = [abs(force_of_a_parabola(R, drawn) - force_of_a_parabola(R, None)) for R in radii]
+    assert fitted_rate([1 / R for R in radii], apart) == pytest.approx(1.0, abs=0.1)
+    assert apart[-1] < 1e-3
