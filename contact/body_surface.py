@@ -72,6 +72,11 @@ class BodySurface:
         *foot, shares, rim = kernel.closest(self.patches, self.control, self.edge, x, patch, at)
         return Foot(*foot), shares, rim > 0
 
+    def second_forms(self, patch: Ints, at: Floats, distance: Floats) -> tuple[Floats, Floats, Floats]:
+        """See `contact.subdivision_kernel.second_forms`."""
+        forms: tuple[Floats, Floats, Floats] = kernel.second_forms(self.patches, self.control, patch, at, distance)
+        return forms
+
     def search(self, x: Floats) -> tuple[Ints, Floats]:
         """Patches and places of the closest points of x (q, 3), looking at all patches near enough."""
         patch, at = kernel.search(self.patches, self.control, self.edge, *self._index(), np.ascontiguousarray(x))

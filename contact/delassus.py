@@ -19,7 +19,7 @@ BLOCK_BYTES = 256 * 2**20
 
 
 class DirectDelassus(DenseDelassus):
-    """W of beams alone, whose compliance between any two points is known without a solve.
+    """W of bodies whose compliance between any two points is known without a solve.
 
     Parameters
     ----------
@@ -42,15 +42,21 @@ class DirectDelassus(DenseDelassus):
         return np.asarray(self.W @ lam)
 
 
-def direct(H: dict[Any, Rows]) -> DirectDelassus | None:
-    """The operator of beams, or None where some body's compliance takes solves."""
+def compliance(H: dict[Any, Rows]) -> Floats | None:
+    """H A⁻¹ Hᵀ of all bodies, or None where that of some takes solves."""
     parts = []
     for body, rows in H.items():
         W = rows.compliance(body)
         if W is None:
             return None
         parts.append(W)
-    return DirectDelassus(H, np.sum(parts, axis=0)) if len(parts) > 1 else DirectDelassus(H, *parts) if parts else None
+    return None if not parts else parts[0] if len(parts) == 1 else np.asarray(np.sum(parts, axis=0))
+
+
+def direct(H: dict[Any, Rows]) -> DirectDelassus | None:
+    """The operator of beams and their walls, or None where some body's compliance takes solves."""
+    W = compliance(H)
+    return None if W is None else DirectDelassus(H, W)
 
 
 class CompliantDelassus:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contact import device_kernels, row_kernels
+from contact.coupling import Coupling
 from contact.detection import first_root, nearest
 from contact.element_rows import ElementRows
 from contact.pairs import Constraints, Recorded, check_interference
@@ -179,7 +180,7 @@ class DeviceContact:
 
     # --- the step -------------------------------------------------------------------------------------------------
 
-    def stiffen(self, lam: Floats, bulging: bool = False) -> None:
+    def stiffen(self, lam: Floats, bulging: bool = False) -> Coupling | None:
         """Give the beam −Σ λ ∇²δ: the curvature of the wall, and of the centreline's interpolation.
 
         Where the wall bulges towards the device its curvature makes A indefinite, and W no Delassus operator, even
@@ -202,6 +203,7 @@ class DeviceContact:
                 self.body.data.length,
             )
             self.body.stiffen(self.elements[rows], blocks)
+        return None
 
     def crossed(self) -> bool:
         """Whether the centreline went through the wall on the straight way from the last accepted state."""

@@ -14,6 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from contact.coupling import Coupling
 from contact.detection import closest_points, first_root, root_along
 from contact.points import ContactPoints
 from contact.rows import Rows, SparseRows
@@ -75,8 +76,8 @@ class Pair(Protocol):
     def gaps(self) -> Floats:
         """True gaps of the present state, in the order of the last constraints, (c) [m]."""
 
-    def stiffen(self, lam: Floats, bulging: bool = False) -> None:
-        """Tell the bodies the curvature of the surface under forces λ (c), for their next A.
+    def stiffen(self, lam: Floats, bulging: bool = False) -> Coupling | None:
+        """Tell the bodies the curvature of the surface under forces λ (c), for their next A; what couples them.
 
         Curvature that may make A indefinite is left out unless `bulging`.
         """

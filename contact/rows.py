@@ -34,6 +34,9 @@ class Rows(Protocol):
     def correct(self, body: Any, lam: Floats, increment: Floats) -> None:
         """Move the body by A⁻¹ Hᵀ λ and an increment (n). Collective."""
 
+    def add(self, body: Any, lam: Floats) -> None:
+        """Add A⁻¹ Hᵀ λ to the body's present unknowns. Collective."""
+
     def apply_transpose(self, lam: Floats) -> Floats:
         """Hᵀ λ, (n)."""
 
@@ -84,6 +87,10 @@ class Solved(ABC):
     def correct(self, body: Any, lam: Floats, increment: Floats) -> None:
         """Move by A⁻¹ Hᵀ λ + increment."""
         body.correct(increment + body.solve(self.apply_transpose(lam)[:, None])[:, 0])
+
+    def add(self, body: Any, lam: Floats) -> None:
+        """Add A⁻¹ Hᵀ λ by a solve."""
+        body.add(body.solve(self.apply_transpose(lam)[:, None])[:, 0])
 
 
 @dataclass(frozen=True)

@@ -297,6 +297,67 @@ def places(patches: Patches, control: Floats, patch: Ints, at: Floats) -> tuple[
     return point, normal
 
 
+@njit(cache=True, error_model="numpy")
+def _slopes(patches: Patches, p: int, v: float, w: float, out: Floats) -> None:
+    """The derivatives along v and w of the shares in S(v, w), (2, K)."""
+    level, quarter, v, w, rate = _quarter(patches, p, v, w)
+    u = 1.0 - v - w
+    table = patches.tables[patches.valence[p], level, quarter]
+    out[:] = 0.0
+    for m in range(15):
+        i, j, k = I[m], J[m], K[m]
+        factor = 24.0 * rate / (FACTORIAL[i] * FACTORIAL[j] * FACTORIAL[k])
+        less = i * u ** max(i - 1, 0) * v**j * w**k
+        along_v = factor * (j * u**i * v ** max(j - 1, 0) * w**k - less)
+        along_w = factor * (k * u**i * v**j * w ** max(k - 1, 0) - less)
+        for n in range(out.shape[1]):
+            out[0, n] += along_v * table[m, n]
+            out[1, n] += along_w * table[m, n]
+
+
+@njit(cache=True, error_model="numpy")
+def second_forms(
+    patches: Patches, control: Floats, patch: Ints, at: Floats, distance: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """−∂²d of the distance of points from the surface when both move, at feet (patch, at), (q), (q, 2).
+
+    With e = y_α·(δp − δy) and s = n·∂_α δy, δy the motion of the surface at a fixed place, the foot moves by
+    C⁻¹(e + d s), C = G − d h, and
+
+        d ∂²d = eᵀG⁻¹e − (e + d s)ᵀC⁻¹(e + d s).
+
+    Returns
+    -------
+    the matrices of −∂²d in (e, s), (q, 4, 4); the tangents y_v, y_w (q, 2, 3); the shares in ∂_v δy, ∂_w δy (q, 2, K)
+    """
+    q = len(patch)
+    M, tangents = np.zeros((q, 4, 4)), np.empty((q, 2, 3))
+    slopes = np.empty((q, 2, patches.net.shape[1]))
+    S, b, c = np.empty((6, 3)), np.empty((15, 3)), np.empty((15, 3))
+    G, h, C = np.empty((2, 2)), np.empty((2, 2)), np.empty((2, 2))
+    for i in range(q):
+        level, quarter, v, w, rate = _quarter(patches, patch[i], at[i, 0], at[i, 1])
+        _net(patches, control, patch[i], level, quarter, b)
+        _evaluate(b, v, w, rate, c, S)
+        _slopes(patches, patch[i], at[i, 0], at[i, 1], slopes[i])
+        tangents[i] = S[1:3]
+        n = np.cross(S[1], S[2])
+        n /= np.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
+        for j in range(2):
+            for k in range(2):
+                G[j, k] = S[1 + j] @ S[1 + k]
+                h[j, k] = n @ S[3 + j + k]
+                C[j, k] = G[j, k] - distance[i] * h[j, k]
+        det = C[0, 0] * C[1, 1] - C[0, 1] * C[1, 0]
+        if det <= 0.0 or C[0, 0] <= 0.0:
+            continue  # beyond a focus
+        inverse = np.array([[C[1, 1], -C[0, 1]], [-C[1, 0], C[0, 0]]]) / det
+        bent = np.linalg.solve(G, h) @ inverse
+        M[i, :2, :2], M[i, :2, 2:], M[i, 2:, :2] = 0.5 * (bent + bent.T), inverse, inverse
+        M[i, 2:, 2:] = distance[i] * inverse
+    return M, tangents, slopes
+
+
 # --- the index ----------------------------------------------------------------------------------------------------
 #
 # A complete binary tree: node k has the children 2k + 1 and 2k + 2; leaf m holds patches order[first[m]:first[m + 1]].

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from contact.clock import Clock
+from contact.coupling import CoupledDelassus, Coupling, coupled, joined
 from contact.delassus import CompliantDelassus, DirectDelassus, direct
 from contact.mixing import Mixing
 from contact.pairs import Constraints, Pair
@@ -65,7 +66,7 @@ class Linearisation:
     `H` are the columns of all owned unknowns, `free` those of the unknowns that nothing prescribes. `movable` marks the
     constraints that some unknown can move; `met` are those among them that detection has met, the candidates, and
     `rows` those of them in the contact problem: all, or those close enough that they may carry force.
-    `base` are contact forces that the free motion of the bodies includes.
+    `base` are contact forces that the free motion of the bodies includes, `coupling` is curvature that A leaves out.
     """
 
     constraints: list[Constraints]
@@ -78,6 +79,7 @@ class Linearisation:
     G: Floats | None
     clock: Clock
     base: Floats | None = field(default=None)
+    coupling: Coupling | None = field(default=None)
 
     @cached_property
     def W(self) -> TimedDelassus | DirectDelassus:
@@ -85,7 +87,7 @@ class Linearisation:
         compliant = {body: h.take(self.rows) for body, h in self.free.items() if body.deformable}
         compliant |= {body: h.without(body.held) for body, h in compliant.items() if body.modes.shape[1]}
         with self.clock("delassus"):
-            known = direct(compliant)
+            known = coupled(compliant, self.coupling, self.rows) if self.coupling else direct(compliant)
         return known or TimedDelassus(compliant, len(self.rows), self.clock)
 
     def with_operator(self, other: Linearisation) -> Linearisation:
@@ -160,6 +162,7 @@ class System:
         self._linearisation: Linearisation | None = None
         self._base: Floats | None = None
         self._mixing = Mixing(comm, bodies)
+        self._coupling: Coupling | None = None
 
     # --- free motion ----------------------------------------------------------------------------------------------
 
@@ -216,9 +219,14 @@ class System:
     def _free_with(self, found: Linearisation, lam: Floats) -> None:
         """The free motion with contact forces λ."""
         self._base = found.base = lam
+        found.coupling = self._coupling
+        operator = found.W if found.coupling else None
+        before = operator.along() if isinstance(operator, CoupledDelassus) else None
         with self.clock("factor"):
             for body in self.bodies:
                 found.free[body].free_motion(body, lam)
+            if isinstance(operator, CoupledDelassus) and before is not None:
+                operator.relax(before)
 
     def state(self) -> list[Any]:
         """What a step that fails must give back."""
@@ -290,10 +298,14 @@ class System:
     def _stiffen(self, lam: Floats, bulging: bool = False) -> None:
         """Give the bodies the curvature of the surfaces under forces λ, for their next A."""
         starts = np.cumsum([0, *[part.count for part in self._detected]])
+        self._coupling = None
         if len(lam) == starts[-1]:
             with self.clock("assemble"):
+                parts = []
                 for pair, first, last in zip(self.pairs, starts[:-1], starts[1:], strict=True):
-                    pair.stiffen(lam[first:last], bulging)
+                    if part := pair.stiffen(lam[first:last], bulging):
+                        parts.append(replace(part, contacts=first + part.contacts))
+            self._coupling = joined(parts)
 
     def _linearise(self, parts: list[Constraints]) -> Linearisation:
         offset = np.concatenate([np.empty(0), *[part.offset for part in parts]]) if len(parts) != 1 else parts[0].offset
@@ -360,6 +372,8 @@ class System:
         change = solution.lam if base is None else solution.lam - base
         mode = 0
         with self.clock("factor"):
+            if isinstance(lin.W, CoupledDelassus):
+                lin.W.correct(change)
             for body in self.bodies:
                 m = body.modes.shape[1]
                 increment = body.modes @ solution.alpha[mode : mode + m]

@@ -9,10 +9,13 @@ from numpy.typing import NDArray
 
 from contact import device_kernels
 from contact.body_surface import BodySurface
+from contact.coupling import Coupling
 from contact.detection import first_root
 from contact.devices import MARGIN, DeviceContact
+from contact.element_rows import ElementRows
 from contact.pairs import Constraints
 from contact.wall_rows import WallRows
+from fem import beam_points
 from fem.beam import Beam
 
 Floats = NDArray[np.float64]
@@ -23,7 +26,7 @@ Bools = NDArray[np.bool_]
 class WallContact(DeviceContact):
     """A `DeviceContact` whose surface is that of a body: feet are followed from patch to patch, rows couple both.
 
-    The curvature of the surface enters A of the beam, not that of the wall, whose compliance is kept.
+    The wall's compliance is kept, so that curvature does not enter its A, but the operator of both (`Coupling`).
     """
 
     surface: BodySurface
@@ -54,6 +57,37 @@ class WallContact(DeviceContact):
         points = self.surface.first + self.surface.patches.net[self._patch]
         on_wall = WallRows(wall, points, self._shares.copy(), normals)
         return replace(found, H={**found.H, wall: on_wall}, offset=found.offset - on_wall.displacements())
+
+    def stiffen(self, lam: Floats, bulging: bool = False) -> Coupling | None:
+        """The curvature of the centreline's interpolation for the beam's A, and that of the gaps of both bodies.
+
+        It is −Σ λ ∂²δ in what the two do to each other at a contact: slide (e), and tilt the wall (s).
+        """
+        wall, rows = self.surface.wall, np.flatnonzero(lam > 0)
+        if wall is None or not rows.size:
+            super().stiffen(lam, bulging)
+            return None
+        beam, radius, force, elements = self.body, self.radius[rows], lam[rows], self.elements[rows]
+        normal, flat = self.foot.normal[rows], np.zeros((len(rows), 3, 3))
+        length = beam.data.length
+        blocks = beam_points.point_blocks(force, normal, flat, beam.R, elements, self.xi[rows], length)
+        beam.stiffen(elements, blocks)
+        forms, tangents, slopes = self.surface.second_forms(self._patch[rows], self._place[rows], radius)
+        slides = [beam_points.point_rows(t, beam.R, elements, self.xi[rows], length) for t in tangents.swapaxes(0, 1)]
+        still = np.zeros_like(slides[0])
+        values = np.stack([*slides, still, still], axis=1).reshape(-1, 12)
+        points = np.repeat(self.surface.first + self.surface.patches.net[self._patch[rows]], 4, axis=0)
+        shares = np.stack([self._shares[rows]] * 2 + [slopes[:, 0], slopes[:, 1]], axis=1).reshape(len(points), -1)
+        directions = np.stack([tangents[:, 0], tangents[:, 1], -normal, -normal], axis=1).reshape(-1, 3)
+        return Coupling(
+            {
+                beam: ElementRows(values, np.repeat(self._first[rows], 4), beam.space.size).without(beam.fixed),
+                wall: WallRows(wall, points, shares, directions).without(wall.fixed),
+            },
+            force[:, None, None] * forms,
+            rows,
+            force / radius,
+        )
 
     def _bound(self) -> Floats:
         """What every gap is at least, from where it was last looked at, and where the surface was."""

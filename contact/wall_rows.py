@@ -58,6 +58,10 @@ class WallRows:
         """Move by A⁻¹ Hᵀ λ; a wall has no rigid motion to add."""
         self.wall.push(self.points, self.shares, self.normals, lam)
 
+    def add(self, body: Any, lam: Floats) -> None:
+        """Move by A⁻¹ Hᵀ λ."""
+        self.correct(body, lam, np.empty(0))
+
     def apply_transpose(self, lam: Floats) -> Floats:
         """Hᵀ λ."""
         forces = np.zeros_like(self.wall.places)

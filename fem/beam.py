@@ -288,6 +288,10 @@ class Beam:
             rest = rest + np.where(self.fixed, 0.0, contact)
         self.u = self.solve(rest[:, None])[:, 0]
 
+    def add(self, increment: Floats) -> None:
+        """Add to the free increment."""
+        self.u = self.u + increment
+
     def correct(self, increment: Floats) -> None:
         """Move by the free increment and `increment` together; the free increment is used up.
 

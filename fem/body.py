@@ -263,6 +263,10 @@ class Body:
         """Add an increment, given at the owned unknowns."""
         self.u, self._moved = self.u + self.space.local(increment), self._moved + increment
 
+    def add(self, increment: Floats) -> None:
+        """Add an increment to the unknowns."""
+        self.correct(increment)
+
     def accept(self) -> None:
         """End the step: u and v as the integrator has them; nothing in statics."""
         if self.v is None:

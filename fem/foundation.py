@@ -105,6 +105,11 @@ class OnFoundation:
     def forces(self, points: Floats, cells: Ints, u: Floats) -> Floats:
         """Internal forces of each cell and its springs, (m, n), for its unknowns `u` (m, n)."""
         f = self.material.forces(points, cells, u)
+        self.add_springs(u, f)
+        return f
+
+    def add_springs(self, u: Floats, f: Floats) -> None:
+        """Add the springs' forces to those of each cell f (m, n), for its unknowns `u` (m, n)."""
         for s in self._springs:
             nodal = u[s.cells[:, None], s.dofs].reshape(len(s.cells), s.mapped.values.shape[1], -1)
             moved = np.einsum("qa,fac->fqc", s.mapped.values, nodal)
@@ -112,7 +117,6 @@ class OnFoundation:
             traction = s.stiffness * np.einsum("fqr,fqrc->fqc", along, s.directions)
             nodal = np.einsum("fq,fqc,qa->fac", s.mapped.weights, traction, s.mapped.values, optimize=True)
             np.add.at(f, (s.cells[:, None], s.dofs), nodal.reshape(len(s.cells), -1))
-        return f
 
     def stress(self, points: Floats, cells: Ints, u: Floats) -> tuple[Floats, Floats]:
         """Cell averages of the material's σ, (m, 3, 3) [Pa], and the cells' volumes (m)."""

@@ -4,6 +4,13 @@ The points of contact are combinations c = Q x of nodes (`Wall.touch`). A unit f
 a column of A⁻¹Qᵀ, solved for when a force first needs it and kept while A is what it was. From then on a contact
 force there costs a combination of columns: at the points themselves (C = Q A⁻¹Qᵀ) in every pass, and of all the body's
 unknowns only when somebody asks for them.
+
+Equilibrium is certified likewise. The forces that the cells' stresses make of column j are Qᵀe_j but for D_j, measured
+when the column is solved for; by linearity a state x_f + Σ f_j X_j under contact forces p is out of balance by
+
+    ‖r(x_f) + Qᵀf − p‖ + Σ |f_j| ‖D_j‖
+
+at most, with the residual r(x_f) of the free motion measured when that is solved for.
 """
 
 from __future__ import annotations
@@ -17,8 +24,9 @@ from numpy.typing import NDArray
 
 from fem import wall_kernels as kernels
 from fem.body import Body
-from fem.integrators import Integrator
+from fem.integrators import Integrator, Static
 from fem.iteration_matrix import FACTORS
+from fem.stresses import ForcesOfColumns
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -39,15 +47,16 @@ class KeptColumns:
     slot : where a point's columns are, −1 where it has none, (K)
     C : displacements of all points due to the kept ones, (m, K, 3, 3) [m/N], see `fem.wall_kernels`
     X : of all owned unknowns, (3 m, owned) [m/N]
+    errors : ‖D_j‖ of each, (m, 3)
     """
 
     def __init__(self, name: str, points: int, owned: int) -> None:
         self.name, self.count = name, 0
         self.slot: Ints = np.full(points, -1)
-        self.C, self.X = np.empty((0, points, 3, 3)), np.empty((0, owned))
+        self.C, self.X, self.errors = np.empty((0, points, 3, 3)), np.empty((0, owned)), np.empty((0, 3))
 
-    def add(self, points: Ints, X: Floats, C: Floats) -> None:
-        """Keep the columns X (3 p, owned) of points (p), and what they move, C (p, K, 3, 3).
+    def add(self, points: Ints, X: Floats, C: Floats, errors: Floats) -> None:
+        """Keep the columns X (3 p, owned) of points (p), what they move, C (p, K, 3, 3), and their errors (p, 3).
 
         Raises
         ------
@@ -64,12 +73,13 @@ class KeptColumns:
                     f"body {self.name!r}: its compliance at {width} points takes {size * 1e-9:.3g} GB, more than half "
                     f"of this machine's memory ({limit * 1e-9:.3g} GB); use a coarser mesh"
                 )
-            for kept, rows in (("C", width), ("X", 3 * width)):
+            for kept, times in (("C", 1), ("X", 3), ("errors", 1)):
                 old = getattr(self, kept)
-                new = np.empty((rows, *old.shape[1:]))
-                new[: self.count * rows // width] = old[: self.count * rows // width]
+                new = np.empty((times * width, *old.shape[1:]))
+                new[: times * self.count] = old[: times * self.count]
                 setattr(self, kept, new)
-        self.C[self.count : need], self.X[3 * self.count : 3 * need] = C, X
+        part = slice(self.count, need)
+        self.C[part], self.errors[part], self.X[3 * self.count : 3 * need] = C, errors, X
         self.slot[points] = np.arange(self.count, need)
         self.count = need
 
@@ -77,23 +87,25 @@ class KeptColumns:
 class Wall(Body):
     """A `Body` whose contact points c = Q x are known beforehand; supports must hold it.
 
-    Its unknowns u are those of the last full evaluation and, once they are asked for, the motion due to `forces` on
-    the points; `displacement_of_points` follows without them.
+    Without density it has no inertia: it follows at once, and its free motion is solved for once where neither loads
+    nor supports change.
 
     Attributes
     ----------
     places : undeformed points, replicated, (K, 3) [m]
-    forces : on the points since u was last evaluated, replicated, (K, 3) [N]
+    forces : f on the points since u was last set, replicated, (K, 3) [N]
     version : rises with every motion
     """
 
     def __init__(self, *given: Any, **named: Any) -> None:
-        self._u, self._prescribed = np.empty(0), False
-        self._steady_free: tuple[Floats, Floats] | None = None
+        self._u, self._moved_base, self._begun = np.empty(0), np.empty(0), False
+        self._full: tuple[int, Floats, Floats] | None = None
+        self._steady_free: Floats | None = None
+        self._out_of_balance, self._inner = np.empty(0), np.empty(0)
         self.forces, self.version = np.zeros((0, 3)), 0
         super().__init__(*given, **named)
         values = [load.value for load in self.loads] + [support.value for support in self.supports]
-        self._steady = not any(callable(value) for value in values)
+        self._steady = not (self._dynamics.density or any(callable(value) for value in values))
         if self.modes.shape[1]:
             raise ValueError(
                 f"body {self.name!r}: {self.modes.shape[1]} rigid motion(s) that no support holds; a beam touches it, "
@@ -108,16 +120,17 @@ class Wall(Body):
         mine = (first >= 0) & (first < space.owned)
         self._numbers = np.searchsorted(numbers, space.piece.nodes[local[mine]])
         self._firsts = first[mine]
-        self._Q, self._nodes = Q, len(numbers)
+        self._Q, self._Qt, self._nodes = Q, sp.csr_array(Q.T), len(numbers)
         X = np.zeros((self._nodes, 3))
         X[self._numbers] = self.points[local[mine]]
         self.places: Floats = Q @ space.comm.allreduce(X)
         self.forces = np.zeros((len(self.places), 3))
         self._wanted = np.zeros(len(self.places), dtype=bool)
-        self._base = self._points_of(np.zeros((1, space.owned)))[0]
-        self._shift: Floats = self._base
+        self._base: tuple[Floats, Floats] | None = None
+        self._shift: Floats = np.zeros_like(self.places)
         self._seen = -1
         self._kept: dict[tuple[float, float], KeptColumns] = {}
+        self._stresses = ForcesOfColumns(self.model, space)
 
     def _points_of(self, X: Floats) -> Floats:
         """Displacements of the points for owned unknowns (k, owned), (k, K, 3). Collective."""
@@ -134,34 +147,51 @@ class Wall(Body):
 
     @property
     def u(self) -> Floats:
-        """Local unknowns, ghosts included; the motion due to `forces` is made up for first."""
-        if self.forces.any():
-            acting = np.flatnonzero(self.forces.any(axis=1))
-            self._keep(acting)
-            columns = self._columns
-            rows = 3 * columns.slot[acting][:, None] + np.arange(3)
-            increment = kernels.combine(columns.X, rows.ravel(), self.forces[acting].ravel())
-            self._u, self._moved = self._u + self.space.local(increment), self._moved + increment
-            self._reset()
-        return self._u
+        """Local unknowns, ghosts included, the motion due to `forces` in them."""
+        return self._evaluated()[0]
 
     @u.setter
     def u(self, value: Floats) -> None:
         self._u = value
-        self._reset()
+        self._be(np.zeros_like(self.forces))
 
-    def _reset(self) -> None:
-        """u is what it is without further forces."""
-        self.forces = np.zeros_like(self.forces)
+    @property
+    def _moved(self) -> Floats:
+        return self._evaluated()[1]
+
+    @_moved.setter
+    def _moved(self, value: Floats) -> None:
+        self._moved_base, self._full = value, None
+
+    def _be(self, forces: Floats) -> None:
+        """Take forces on the points."""
+        self.forces, self._full = forces, None
         self.version += 1
-        self._based = False
+
+    def _evaluated(self) -> tuple[Floats, Floats]:
+        """u and the owned displacement in this step."""
+        acting = self._acting
+        if not acting.size:
+            return self._u, self._moved_base
+        if self._full is None or self._full[0] != self.version:
+            self._keep(acting)
+            columns = self._columns
+            rows = 3 * columns.slot[acting][:, None] + np.arange(3)
+            increment = kernels.combine(columns.X, rows.ravel(), self.forces[acting].ravel())
+            self._full = self.version, self._u + self.space.local(increment), self._moved_base + increment
+        return self._full[1:]
+
+    @property
+    def _acting(self) -> Ints:
+        """The points with forces."""
+        return np.flatnonzero(self.forces.any(axis=1))
 
     def push(self, points: Ints, shares: Floats, normals: Floats, lam: Floats) -> None:
         """Move by A⁻¹ of forces −λ n shared out to points (c, k) by shares (c, k); normals (c, 3)."""
         self.want(points[lam != 0.0])
-        self.forces = self.forces.copy()
-        kernels.sum_forces(points, shares, normals, lam, self.forces)
-        self.version += 1
+        forces = self.forces.copy()
+        kernels.sum_forces(points, shares, normals, lam, forces)
+        self._be(forces)
 
     def want(self, points: Ints) -> bool:
         """Follow these points too in this step; whether any is new."""
@@ -172,27 +202,36 @@ class Wall(Body):
         return bool(new)
 
     def displacement_of_points(self) -> Floats:
-        """Displacements of the points, (K, 3) [m]: of those wanted, of the others where u was last evaluated."""
-        if self._seen == self.version:
-            return self._shift
-        if not self._based:
-            free = self._steady_free
-            if free is not None and self._u is free[0]:
-                self._base = free[1]
-            else:
-                self._base = self._points_of(self.owned(self._u)[None])[0]
-                self._shift = self._base
-            self._based = True
-        points = np.flatnonzero(self._wanted)
-        shift = self._shift.copy()
-        shift[points] = self._base[points]
-        acting = np.flatnonzero(self.forces.any(axis=1))
+        """Displacements of the points, (K, 3) [m]: of those wanted, of the others at the start of the step."""
+        if self._seen != self.version:
+            shift = self._shift.copy()
+            wanted = np.flatnonzero(self._wanted)
+            shift[wanted] = self._displaced(wanted)
+            self._shift, self._seen = shift, self.version
+        return self._shift
+
+    def _displaced(self, points: Ints) -> Floats:
+        """Displacements of some points as they are, (p, 3)."""
+        if self._base is None or self._base[0] is not self._u:
+            self._base = self._u, self._points_of(self.owned(self._u)[None])[0]
+        moved = self._base[1][points]
+        acting = self._acting
         if acting.size:
-            self._keep(points)
+            self._keep(acting)
             columns = self._columns
-            shift[points] += kernels.displace(columns.C, columns.slot[acting], self.forces[acting], points)
-        self._shift, self._seen = shift, self.version
-        return shift
+            moved = moved + kernels.displace(columns.C, columns.slot[acting], self.forces[acting], points)
+        return moved
+
+    def state(self) -> tuple[Floats, ...]:
+        """What a rejected step must give back."""
+        rates = () if self.v is None else (self.v,)
+        return self._u, self._u_n, self._moved_base, self.forces, *rates
+
+    def restore(self, state: tuple[Floats, ...]) -> None:
+        """Return to a `state`."""
+        self._u, self._u_n, self._moved_base, forces, *rates = state
+        self.v = rates[0] if rates else None
+        self._be(forces)
 
     # --- the columns ----------------------------------------------------------------------------------------------
 
@@ -210,13 +249,26 @@ class Wall(Body):
         """Solve for the columns of points that have none. Collective."""
         columns = self._columns
         new = points[columns.slot[points] < 0]
-        rows = self._rows(new) if len(new) else None
+        if not len(new):
+            return
+        H = self._rows(new)
         for start in range(0, len(new), SOLVED // 3):
             part = new[start : start + SOLVED // 3]
-            assert rows is not None
-            X = np.ascontiguousarray(self.solve_rows(rows[3 * start : 3 * (start + len(part))]).T)
+            rows = H[3 * start : 3 * (start + len(part))]
+            X = np.ascontiguousarray(self.solve_rows(rows).T)
             C = self._points_of(X).reshape(len(part), 3, -1, 3).transpose(0, 2, 3, 1)
-            columns.add(part, X, C)
+            columns.add(part, X, C, self._errors(X, rows).reshape(-1, 3))
+
+    def _errors(self, X: Floats, rows: sp.csr_array) -> Floats:
+        """‖D_j‖ of columns X (k, owned), whose forces are `rows` (k, owned). Collective."""
+        m, k = (0.0, 1.0) if self.inertia is None else self.inertia.factors(self.integrator)
+        rest = k * self._stresses(X)
+        rest -= rows.toarray()
+        if self.inertia is not None:
+            rest += m * np.stack([self.inertia.forces(x) for x in X])
+        rest[:, self.fixed] = 0.0
+        squares: Floats = self.space.comm.allreduce((rest**2).sum(axis=1))
+        return np.sqrt(squares)
 
     def _rows(self, points: Ints) -> sp.csr_array:
         """Three rows for each point on the owned unknowns that A moves, (3 p, owned)."""
@@ -230,7 +282,7 @@ class Wall(Body):
 
     def owned_forces(self, forces: Floats) -> Floats:
         """Forces on the points (K, 3) as forces on the owned unknowns [N]."""
-        nodal = self._Q.T @ forces
+        nodal = self._Qt @ forces
         owned = np.zeros(self.space.owned)
         owned[self._firsts[:, None] + np.arange(3)] = nodal[self._numbers]
         return owned
@@ -255,35 +307,43 @@ class Wall(Body):
     # --- the step -------------------------------------------------------------------------------------------------
 
     def begin(self, t: float, integrator: Integrator) -> None:
-        """As a body; without inertia and with loads and supports that do not change its free motion stays."""
-        super().begin(t, integrator)
+        """As a body; the points follow anew."""
+        self._shift = self._displaced(np.arange(len(self.places)))
         self._wanted[:] = False
-
-    def _prescribe(self, t: float) -> None:
-        if not (self._prescribed and self._steady):
-            super()._prescribe(t)
-        self._prescribed = True
+        self.version += 1
+        if not self._dynamics.density:
+            integrator = Static()
+        if not (self._steady and self._begun):
+            super().begin(t, integrator)
+        self._begun = True
 
     def free_motion(self, contact: Floats | None = None) -> None:
         """As a body, but solved once where nothing but contact moves it."""
         if self._steady_free is not None:
-            self.u = self._steady_free[0]
-            if contact is not None:
-                self.correct(self.solve(contact[:, None])[:, 0])
-            return
-        super().free_motion(contact)
-        if contact is None and self._steady and self.inertia is None:
-            self._steady_free = self._u, self._points_of(self.owned(self._u)[None])[0]
+            self.u = self._steady_free
+        else:
+            new = self._free is None
+            super().free_motion()
+            if new:
+                inner, inertia = self._forces()
+                self._inner, self._out_of_balance = inner + inertia, self.residual()
+            if self._steady:
+                self._steady_free = self._u
+        if contact is not None:
+            self.correct(self.solve(contact[:, None])[:, 0])
 
-    def _forces(self) -> tuple[Floats, Floats]:
-        _ = self.u  # evaluated before the increment that it belongs to
-        return super()._forces()
-
-    def accept(self) -> None:
-        """As a body; without inertia its velocity is that of its displacement."""
-        u = self.owned(self.u)
-        if self.v is None or self.inertia is not None:
-            return super().accept()
-        self.v = self.integrator.damping * (u - self._u_n)
-        self._u_n = u
-        return None
+    def imbalance(self, contact: Floats) -> float:
+        """A bound of a body's, for forces Hᵀλ: see this module. Collective."""
+        if self._u is not (self._steady_free if self._free is None else self._free[0]):
+            return super().imbalance(contact)
+        acting = self._acting
+        own = self.owned_forces(self.forces)
+        rest = np.where(self.fixed, 0.0, own - contact + self._out_of_balance)
+        squares = self.space.comm.allreduce(np.array([v @ v for v in (rest, self._inner + own, self.load, contact)]))
+        out, *norms = np.sqrt(squares)
+        if acting.size:
+            self._keep(acting)
+            columns = self._columns
+            out += float((columns.errors[columns.slot[acting]] * np.abs(self.forces[acting])).sum())
+        scale = max(sum(norms), 1e-8 * self._solver.scale * self.size)
+        return float(out / scale)
