@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import LinAlgError, block_diag, cho_solve, cholesky
+from scipy.linalg import LinAlgError, cho_solve, cholesky
 
 from contact.delassus import DirectDelassus, compliance
 from contact.ranks import total
@@ -114,21 +114,31 @@ def coupled(H: dict[Any, Rows], coupling: Coupling, numbers: Ints) -> CoupledDel
     own = c + np.arange(coupling.count)
     among = np.flatnonzero(np.isin(coupling.contacts, numbers))
     held = np.searchsorted(numbers, coupling.contacts[among])
-    values, vectors = np.linalg.eigh(coupling.M)
-    positive = (vectors * np.maximum(values, 0.0)[:, None, :]) @ vectors.swapaxes(1, 2)
-    for along, M in (
-        (own, block_diag(*coupling.M)),
-        (np.append(held, own), block_diag(np.diag(BRACE * coupling.brace[among]), *coupling.M)),
-        (own, block_diag(*positive)),
-    ):
-        S = _inner(C[np.ix_(along, along)], M)
-        if S is not None:
-            break
-    else:
-        S = np.zeros((len(along), len(along)))
+    along, S = own, _inner(C[c:, c:], _diagonal(coupling.M))
+    if S is None:
+        along = np.append(held, own)
+        S = _inner(C[np.ix_(along, along)], _diagonal(coupling.M, BRACE * coupling.brace[among]))
+    if S is None:
+        values, vectors = np.linalg.eigh(coupling.M)
+        positive = (vectors * np.maximum(values, 0.0)[:, None, :]) @ vectors.swapaxes(1, 2)
+        along, S = own, _inner(C[c:, c:], _diagonal(positive))
+    if S is None:
+        S = np.zeros((len(own), len(own)))
     V = C[:c, along]
     Z = coupling.Z if along is own else {body: rows.take(along) for body, rows in stacked.items()}
     return CoupledDelassus(H, C[:c, :c] - V @ S @ V.T, Z, S, V)
+
+
+def _diagonal(blocks: Floats, first: Floats | None = None) -> Floats:
+    """The matrix of diagonal entries `first` and diagonal blocks (q, k, k)."""
+    q, k, _ = blocks.shape
+    a = 0 if first is None else len(first)
+    M = np.zeros((a + q * k, a + q * k))
+    if first is not None:
+        M[np.arange(a), np.arange(a)] = first
+    at = a + np.arange(q * k).reshape(q, k)
+    M[at[:, :, None], at[:, None, :]] = blocks
+    return M
 
 
 def _inner(Y: Floats, M: Floats) -> Floats | None:

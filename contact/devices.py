@@ -38,6 +38,8 @@ class DeviceContact:
     interference : how deep a point may start in the wall [m]
     """
 
+    close = CLOSE
+
     def __init__(self, name: str, body: Beam, surface: Surface, places: Floats, interference: float = 0.0) -> None:
         self.name, self.body, self.surface, self.interference = name, body, surface, interference
         arc = np.append(0.0, np.cumsum(body.data.length))
@@ -103,7 +105,7 @@ class DeviceContact:
         values = beam_points.point_rows(normals, self.body.R, self.elements, self.xi, self.body.data.length)
         offset = device_kernels.offsets(self.candidates, self.at, self.foot.point, normals, self.radius, values)
         H = ElementRows(values, self._first, self.body.space.size)
-        close = self._meeting | (self.known <= CLOSE * self.radius)
+        close = self._meeting | (self.known <= self.close * self.radius)
         return Constraints({self.body: H}, offset, normals, self.places, self.areas, self._length, close)
 
     def _meet(self) -> bool:

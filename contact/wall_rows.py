@@ -94,7 +94,9 @@ class WallRows:
         width = max(rows.points.shape[1] for rows in every)
 
         def joined[T: np.generic](parts: list[NDArray[T]]) -> NDArray[T]:
-            return np.concatenate([np.pad(part, [(0, 0), (0, width - part.shape[1])]) for part in parts])
+            if any(part.shape[1] < width for part in parts):
+                parts = [np.pad(part, [(0, 0), (0, width - part.shape[1])]) for part in parts]
+            return np.concatenate(parts)
 
         return replace(
             self,

@@ -102,7 +102,7 @@ class Wall(Body):
         self._full: tuple[int, Floats, Floats] | None = None
         self._steady_free: Floats | None = None
         self._out_of_balance, self._inner = np.empty(0), np.empty(0)
-        self.forces, self.version = np.zeros((0, 3)), 0
+        self.forces, self.version, self._acting = np.zeros((0, 3)), 0, np.empty(0, dtype=np.int64)
         super().__init__(*given, **named)
         values = [load.value for load in self.loads] + [support.value for support in self.supports]
         self._steady = not (self._dynamics.density or any(callable(value) for value in values))
@@ -125,7 +125,11 @@ class Wall(Body):
         X[self._numbers] = self.points[local[mine]]
         self.places: Floats = Q @ space.comm.allreduce(X)
         self.forces = np.zeros((len(self.places), 3))
+        self._followed, self._place = np.empty(0, dtype=np.int64), np.full(len(self.places), -1)
         self._wanted = np.zeros(len(self.places), dtype=bool)
+        self._gathered = 0
+        self._gathered_of: KeptColumns | None = None
+        self._G = np.empty((0, 0))
         self._base: tuple[Floats, Floats] | None = None
         self._shift: Floats = np.zeros_like(self.places)
         self._seen = -1
@@ -165,7 +169,7 @@ class Wall(Body):
 
     def _be(self, forces: Floats) -> None:
         """Take forces on the points."""
-        self.forces, self._full = forces, None
+        self.forces, self._full, self._acting = forces, None, kernels.nonzero(forces)
         self.version += 1
 
     def _evaluated(self) -> tuple[Floats, Floats]:
@@ -181,46 +185,73 @@ class Wall(Body):
             self._full = self.version, self._u + self.space.local(increment), self._moved_base + increment
         return self._full[1:]
 
-    @property
-    def _acting(self) -> Ints:
-        """The points with forces."""
-        return np.flatnonzero(self.forces.any(axis=1))
-
     def push(self, points: Ints, shares: Floats, normals: Floats, lam: Floats) -> None:
         """Move by A⁻¹ of forces −λ n shared out to points (c, k) by shares (c, k); normals (c, 3)."""
-        self.want(points[lam != 0.0])
+        self.want(points[lam != 0.0].ravel())
         forces = self.forces.copy()
         kernels.sum_forces(points, shares, normals, lam, forces)
         self._be(forces)
 
     def want(self, points: Ints) -> bool:
         """Follow these points too in this step; whether any is new."""
-        new = not self._wanted[points].all()
-        if new:
-            self._wanted[points] = True
+        self._wanted[points] = True
+        new = np.unique(points[self._place[points] < 0])
+        if len(new):
+            self._place[new] = len(self._followed) + np.arange(len(new))
+            self._followed = np.append(self._followed, new)
             self.version += 1
-        return bool(new)
+        return len(new) > 0
 
     def displacement_of_points(self) -> Floats:
         """Displacements of the points, (K, 3) [m]: of those wanted, of the others at the start of the step."""
         if self._seen != self.version:
-            shift = self._shift.copy()
-            wanted = np.flatnonzero(self._wanted)
-            shift[wanted] = self._displaced(wanted)
+            shift, points = self._shift.copy(), self._followed
+            moved = self._free_displacements[points]
+            if self._acting.size:
+                rows = 3 * self._place[self._acting][:, None] + np.arange(3)
+                G = self._compliance()[:, : 3 * len(points)]
+                moved += kernels.combine(G, rows.ravel(), self.forces[self._acting].ravel()).reshape(-1, 3)
+            shift[points] = moved
             self._shift, self._seen = shift, self.version
         return self._shift
 
-    def _displaced(self, points: Ints) -> Floats:
-        """Displacements of some points as they are, (p, 3)."""
+    @property
+    def _free_displacements(self) -> Floats:
+        """Displacements of the points without `forces`, (K, 3)."""
         if self._base is None or self._base[0] is not self._u:
             self._base = self._u, self._points_of(self.owned(self._u)[None])[0]
-        moved = self._base[1][points]
-        acting = self._acting
-        if acting.size:
-            self._keep(acting)
+        return self._base[1]
+
+    def _follow_all(self) -> None:
+        """Bring all points to where they are; of those followed only the ones wanted since the last time stay so."""
+        shift = self._free_displacements
+        if self._acting.size:
+            self._keep(self._acting)
             columns = self._columns
-            moved = moved + kernels.displace(columns.C, columns.slot[acting], self.forces[acting], points)
-        return moved
+            shift = shift + kernels.displace(columns.C, columns.slot[self._acting], self.forces[self._acting])
+        self._shift = shift
+        if len(self._followed) > 1.5 * np.count_nonzero(self._wanted) + 50:
+            self._followed = np.flatnonzero(self._wanted | self.forces.any(axis=1))
+            self._place[:] = -1
+            self._place[self._followed] = np.arange(len(self._followed))
+            self._gathered = 0
+        self._wanted[:] = False
+        self.version += 1
+
+    def _compliance(self) -> Floats:
+        """C between the points followed, (3 p, 3 p) and more. Collective where columns are missing."""
+        self._keep(self._followed)
+        columns, p = self._columns, len(self._followed)
+        if self._gathered_of is not columns:
+            self._gathered, self._gathered_of = 0, columns
+        if self._gathered < p:
+            if len(self._G) < 3 * p:
+                G = np.empty((6 * p, 6 * p))
+                G[: 3 * self._gathered, : 3 * self._gathered] = self._G[: 3 * self._gathered, : 3 * self._gathered]
+                self._G = G
+            kernels.gather(columns.C, columns.slot[self._followed], self._followed, self._gathered, self._G)
+            self._gathered = p
+        return self._G
 
     def state(self) -> tuple[Floats, ...]:
         """What a rejected step must give back."""
@@ -299,18 +330,15 @@ class Wall(Body):
 
     def point_delassus(self, points: Ints, shares: Floats, normals: Floats) -> Floats:
         """H A⁻¹ Hᵀ (c, c) of rows −n shares at points, from the kept columns. Collective where some are missing."""
-        self._keep(np.unique(points))
-        columns = self._columns
-        W: Floats = kernels.delassus(columns.C, columns.slot, points, shares, normals)
+        self.want(points.ravel())
+        W: Floats = kernels.delassus(self._compliance(), self._place, points, shares, normals, len(self._followed))
         return W
 
     # --- the step -------------------------------------------------------------------------------------------------
 
     def begin(self, t: float, integrator: Integrator) -> None:
         """As a body; the points follow anew."""
-        self._shift = self._displaced(np.arange(len(self.places)))
-        self._wanted[:] = False
-        self.version += 1
+        self._follow_all()
         if not self._dynamics.density:
             integrator = Static()
         if not (self._steady and self._begun):

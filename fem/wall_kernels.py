@@ -31,16 +31,42 @@ def combine(columns: Floats, rows: Ints, factors: Floats) -> Floats:
 
 
 @njit(cache=True, error_model="numpy")
-def displace(C: Floats, slots: Ints, forces: Floats, points: Ints) -> Floats:
-    """Displacements (p, 3) of points due to forces (f, 3) on kept points: d_l = Σ_s C_sl f_s."""
-    result = np.zeros((len(points), 3))
+def displace(C: Floats, slots: Ints, forces: Floats) -> Floats:
+    """Displacements (K, 3) of all points due to forces (f, 3) on kept ones: d_l = Σ_s C_sl f_s."""
+    result = np.zeros((C.shape[1], 3))
     for j in range(len(slots)):
         row, f0, f1, f2 = C[slots[j]], forces[j, 0], forces[j, 1], forces[j, 2]
-        for m in range(len(points)):
-            block = row[points[m]]
+        for m in range(len(row)):
             for i in range(3):
-                result[m, i] += block[i, 0] * f0 + block[i, 1] * f1 + block[i, 2] * f2
+                result[m, i] += row[m, i, 0] * f0 + row[m, i, 1] * f1 + row[m, i, 2] * f2
     return result
+
+
+@njit(cache=True, error_model="numpy")
+def gather(C: Floats, slots: Ints, points: Ints, first: int, G: Floats) -> None:
+    """Fill G[3p + a, 3q + i] = C[slots[p], points[q], i, a] where p or q is `first` or more.
+
+    G is symmetric but for round-off; every point is kept.
+    """
+    for p in range(len(points)):
+        row = C[slots[p]]
+        for q in range(first if p < first else 0, len(points)):
+            block = row[points[q]]
+            for i in range(3):
+                for a in range(3):
+                    G[3 * p + a, 3 * q + i] = block[i, a]
+
+
+@njit(cache=True, error_model="numpy")
+def nonzero(forces: Floats) -> Ints:
+    """The rows of (K, 3) that are not zero."""
+    found = np.empty(len(forces), dtype=np.int64)
+    n = 0
+    for k in range(len(forces)):
+        if forces[k, 0] != 0.0 or forces[k, 1] != 0.0 or forces[k, 2] != 0.0:
+            found[n] = k
+            n += 1
+    return found[:n]
 
 
 @njit(cache=True, error_model="numpy")
@@ -65,46 +91,34 @@ def along(points: Ints, shares: Floats, normals: Floats, d: Floats) -> Floats:
 
 
 @njit(cache=True, error_model="numpy")
-def delassus(C: Floats, slot: Ints, points: Ints, shares: Floats, normals: Floats) -> Floats:
-    """W_ij = Σ_kl shares_ik shares_jl n_i·C_kl n_j, (c, c), symmetric; every point must be kept.
+def delassus(G: Floats, place: Ints, points: Ints, shares: Floats, normals: Floats, t: int) -> Floats:
+    """W_ij = Σ_kl shares_ik shares_jl n_i·C_kl n_j, (c, c), symmetric.
 
-    The rows are gathered on the distinct points (t) first: (c, 3t) times (3t, 3t) times (3t, c), the outer ones sparse.
+    C_kl are blocks of G (3t, 3t or more), at the `place` (K) of their points; rows with normals of zero are skipped.
     """
     c, width = points.shape
-    number = np.full(len(slot), -1)
-    used = np.empty(min(len(slot), c * width), dtype=np.int64)
-    t = 0
-    for i in range(c):
-        for k in range(width):
-            if shares[i, k] != 0.0 and number[points[i, k]] < 0:
-                number[points[i, k]] = t
-                used[t] = points[i, k]
-                t += 1
-    G = np.empty((3 * t, 3 * t))
-    for p in range(t):
-        row = C[slot[used[p]]]
-        for q in range(t):
-            block = row[used[q]]
-            for i in range(3):
-                for a in range(3):
-                    G[3 * p + a, 3 * q + i] = block[i, a]
-    W = np.empty((c, c))
+    W = np.zeros((c, c))
     y = np.empty(3 * t)
+    used = np.zeros(c, dtype=np.bool_)
     for i in range(c):
+        used[i] = normals[i, 0] != 0.0 or normals[i, 1] != 0.0 or normals[i, 2] != 0.0
+        if not used[i]:
+            continue
         y[:] = 0.0
         for k in range(width):
-            if shares[i, k] != 0.0:
-                for a in range(3):
-                    factor, row = shares[i, k] * normals[i, a], G[3 * number[points[i, k]] + a]
-                    for m in range(3 * t):
-                        y[m] += factor * row[m]
+            share = shares[i, k]
+            if share != 0.0:
+                row = 3 * place[points[i, k]]
+                f0, f1, f2 = share * normals[i, 0], share * normals[i, 1], share * normals[i, 2]
+                for m in range(3 * t):
+                    y[m] += f0 * G[row, m] + f1 * G[row + 1, m] + f2 * G[row + 2, m]
         for j in range(i + 1):
-            total = 0.0
-            for k in range(width):
-                if shares[j, k] != 0.0:
-                    first = 3 * number[points[j, k]]
+            if used[j]:
+                total = 0.0
+                for k in range(width):
+                    first = 3 * place[points[j, k]]
                     total += shares[j, k] * (
                         normals[j, 0] * y[first] + normals[j, 1] * y[first + 1] + normals[j, 2] * y[first + 2]
                     )
-            W[i, j] = W[j, i] = total
+                W[i, j] = W[j, i] = total
     return W

@@ -7,8 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 from scipy.optimize import lsq_linear
 
+from contact.certificate import certify
+from contact.coupling import coupled
 from contact.wall_contact import WallContact
 from contact.wall_rows import WallRows
 from fem.wall import Wall
@@ -59,22 +62,71 @@ def test_action_is_reaction() -> None:
     assert abs(lam.sum() - 0.1) < 1e-3 * 0.1  # it carries the load
 
 
-def test_the_coupled_problem_solved_densely() -> None:
-    """The last pass's forces minimise ½λᵀWλ + λᵀδ_f over λ ≥ 0, with W from dense inverses of both matrices."""
+def test_the_coupled_operator_against_dense_matrices() -> None:
+    """W = H (A + ZᵀM Z)⁻¹ Hᵀ of wire and block together, inverted densely; free and corrective motions likewise."""
     system, steps = run(pressed(2e5, steps=1))
-    problem = steps[-1].result.problem
-    W = problem.W.columns(np.arange(len(problem.q)))
-    exact = np.zeros_like(W)
-    for body, rows in problem.W.H.items():
-        H = rows.sparse().toarray()
-        A = body.A.convert("dense").getDenseArray()
-        exact += H @ np.linalg.solve(A, np.where(body.held[:, None], 0.0, H.T))
-    np.testing.assert_allclose(W, exact, atol=1e-9 * np.abs(W).max())
-    L = np.linalg.cholesky(exact + 1e-14 * np.trace(exact) * np.eye(len(exact)))
-    found = lsq_linear(L.T, -np.linalg.solve(L, problem.q), (0.0, np.inf), tol=1e-14, method="bvls").x
-    mine = steps[-1].result.lam[steps[-1].result.lam > 0]
-    np.testing.assert_allclose(found.sum(), mine.sum(), rtol=1e-6)
-    system.close()
+    lin, lam, (wire, block), (pair,) = steps[-1].result.linearisation, steps[-1].result.lam, system.bodies, system.pairs
+    coupling = pair.stiffen(lam)
+    assert coupling is not None
+    H = {body: rows.take(lin.rows) for body, rows in lin.free.items()}
+    operator = coupled(H, coupling, lin.rows)
+    assert operator is not None
+    inverses = [
+        np.linalg.inv(body.A.convert("dense").getDenseArray()) * np.outer(~body.held, ~body.held)
+        for body in (wire, block)
+    ]
+    C = block_diag(*inverses)
+    h, Z = (np.hstack([rows[body].sparse().toarray() for body in (wire, block)]) for rows in (H, coupling.Z))
+    M = block_diag(*coupling.M)
+    joint = C - C @ Z.T @ np.linalg.solve(np.linalg.inv(M) + Z @ C @ Z.T, Z @ C)
+    W = h @ joint @ h.T
+    np.testing.assert_allclose(operator.W, W, atol=1e-8 * np.abs(W).max())
+    force = np.random.default_rng(0).random(len(lin.rows))
+    wire.u, start = np.zeros_like(wire.u), block.coordinates()
+    operator.correct(force)
+    for body, rows in H.items():
+        rows.add(body, force)
+    moved = joint @ (h.T @ force)
+    size = np.abs(moved).max()
+    np.testing.assert_allclose(np.append(wire.u, block.coordinates() - start), moved, atol=1e-8 * size)
+
+
+def test_passes_contract_quadratically(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a block so soft that it is dented by a third of the wire's radius."""
+    residuals = []
+
+    def watched(*given: Any, **named: Any) -> Any:
+        certificate = certify(*given, **named)
+        residuals.append(certificate.residual)
+        return certificate
+
+    monkeypatch.setattr("contact.step.certify", watched)
+    _, steps = run(pressed(1e5, steps=3))
+    assert [step.substeps for step in steps] == [1, 1, 1]
+    last = residuals[-steps[-1].result.passes :]
+    assert len(last) <= 4
+    assert last[-1] < 10 * last[-2] ** 1.5
+
+
+def test_the_dent_of_a_discrete_problem_solved_by_itself() -> None:
+    """At rest the wire and the block balance: gaps and forces of the state against an independent dense program.
+
+    It minimises the energy of beam increments and block displacements about that state, with the true gaps linearised.
+    """
+    system, steps = run(pressed(5e5, steps=40, push=0.0))
+    lam, lin, (wire, block), (pair,) = steps[-1].result.lam, steps[-1].result.linearisation, system.bodies, system.pairs
+    f = block.load - block.internal_forces()
+    reaction = np.where(block.fixed, 0.0, f + lin.H[block].apply_transpose(lam))
+    np.testing.assert_allclose(reaction, 0.0, atol=1e-8 * np.abs(f).max())
+    W = np.zeros((len(lin.rows), len(lin.rows)))
+    for body in (wire, block):
+        h = lin.free[body].take(lin.rows).sparse().toarray()
+        W += h @ np.linalg.solve(body.A.convert("dense").getDenseArray(), h.T)
+    q = pair.gaps()[lin.rows] - W @ lam[lin.rows]
+    L = np.linalg.cholesky(W + 1e-13 * np.trace(W) * np.eye(len(W)))
+    found = lsq_linear(L.T, -np.linalg.solve(L, q), (0.0, np.inf), tol=1e-14, method="bvls").x
+    np.testing.assert_allclose(found.sum(), lam.sum(), rtol=1e-5)
+    np.testing.assert_allclose(W @ found + q, pair.gaps()[lin.rows], atol=1e-5 * RADIUS)
 
 
 def test_a_stiff_wall_s_forces_are_those_of_a_rigid_one() -> None:

@@ -106,9 +106,14 @@ def test_kernels_are_their_formulas() -> None:
     X, rows, factors = rng.normal(size=(9, 2500)), np.array([4, 0, 7]), rng.normal(size=3)
     np.testing.assert_allclose(kernels.combine(X, rows, factors), factors @ X[rows], atol=1e-13)
     C = rng.normal(size=(3, 5, 3, 3))
-    slots, forces, points = np.array([2, 0]), rng.normal(size=(2, 3)), np.array([4, 1, 2])
-    exact = np.einsum("slia,sa->li", C[slots][:, points], forces)
-    np.testing.assert_allclose(kernels.displace(C, slots, forces, points), exact, atol=1e-13)
+    slots, forces = np.array([2, 0]), rng.normal(size=(2, 3))
+    exact = np.einsum("slia,sa->li", C[slots], forces)
+    np.testing.assert_allclose(kernels.displace(C, slots, forces), exact, atol=1e-13)
+    points, G = np.array([4, 1]), np.empty((6, 6))
+    kernels.gather(C, slots, points, 0, G)
+    np.testing.assert_array_equal(G.reshape(2, 3, 2, 3), C[slots][:, points].transpose(0, 3, 1, 2))
+    forces[0] = 0.0
+    assert kernels.nonzero(forces).tolist() == [1]
 
 
 def test_more_columns_than_memory_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
