@@ -251,7 +251,7 @@ class System:
                 for i, new in enumerate(found)
             ]
             self._linearisation = self._linearise(self._detected)
-            self._linearisation.base = self._base
+            self._linearisation.base, self._linearisation.coupling = self._base, self._coupling
             return self._linearisation
 
     def relinearise(
