@@ -127,7 +127,10 @@ def _body(table: BodyTable, comm: Any, folder: Path, dynamic: bool, wall: bool =
             raise ValueError(
                 f"body {table.name!r}: formulation = 'mixed' needs a second-order mesh, and not plane stress"
             )
-        space = Space(comm, mesh, components, mixed)
+        try:
+            space = Space(comm, mesh, components, mixed, tuple(material.regions))
+        except ValueError as error:
+            raise ValueError(f"body {table.name!r}: material.regions: {error}") from None
         kind = _wall_class() if wall else Body
         return kind(table.name, space, _elasticity(table, material, space), supports, loads, **motion)
     assert isinstance(material, Tension)
@@ -154,11 +157,6 @@ def _elasticity(table: BodyTable, material: Elastic, space: Space) -> Elasticity
         return law(material)
     known, laws = space.piece.regions, np.zeros(len(space.piece.cells), dtype=np.int64)
     for name in material.regions:
-        if name not in known:
-            names = ", ".join(sorted(known)) or "none"
-            raise ValueError(
-                f"body {table.name!r}: material.regions.{name}: its mesh has no such region (it has: {names})"
-            )
         laws[known[name]] += 1
     none, two = space.comm.allreduce(np.array([np.sum(laws == 0), np.sum(laws > 1)]))
     if two:

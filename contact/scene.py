@@ -68,8 +68,6 @@ class Elastic(Table):
         for key, value, other in (("E", self.E, self.nu), ("nu", self.nu, self.E)):
             if value is None and (other is not None or not self.regions):
                 raise ValueError(f"{key}: missing, must be given" + (", or regions" if other is None else ""))
-        if self.regions and self.formulation == "mixed":
-            raise ValueError("formulation = 'mixed': must be 'displacement' with regions, across which pressures jump")
         return self
 
 

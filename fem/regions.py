@@ -14,23 +14,18 @@ Ints = NDArray[np.int64]
 
 
 class Regions:
-    """Materials of one state, each on its own cells.
+    """Materials of one state and formulation, each on its own cells.
+
+    Of the mixed formulation the space must keep their pressures apart, see `fem.space.Space`.
 
     Parameters
     ----------
     parts : materials and the local cells of each on this rank; every cell is in one of them
-
-    Raises
-    ------
-    ValueError
-        for the mixed formulation, whose continuous pressure cannot jump where the material changes.
     """
 
     def __init__(self, parts: Sequence[tuple[Elasticity, Ints]]) -> None:
-        if any(material.mixed for material, _ in parts):
-            raise ValueError("regions: formulation = 'mixed': its pressure is continuous, that of two materials is not")
         self.parts = list(parts)
-        self.axisymmetric, self.mixed = parts[0][0].axisymmetric, False
+        self.axisymmetric, self.mixed = parts[0][0].axisymmetric, parts[0][0].mixed
 
     def _gather(self, cells: Ints, of: Callable[[Elasticity, Ints], Floats]) -> Floats:
         values = [(rows, of(material, rows)) for material, rows in self.parts]

@@ -6,6 +6,7 @@ then, in the mixed formulation, the pressures of its vertices.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,13 @@ Ints = NDArray[np.int64]
 class Space:
     """Displacements with `components` per node, and one pressure per vertex where `mixed`.
 
-    Collective on `comm`; the mesh is needed on rank 0 only.
+    Pressures jump where the material changes: a vertex has one in each of the regions `apart` that meet there, and one
+    for the cells outside them. Collective on `comm`; the mesh is needed on rank 0 only.
+
+    Raises
+    ------
+    ValueError
+        where the mesh has no region of a name in `apart`.
 
     Attributes
     ----------
@@ -33,7 +40,9 @@ class Space:
     owned, size : unknowns of this rank and of all
     """
 
-    def __init__(self, comm: Any, mesh: Mesh | None, components: int, mixed: bool = False) -> None:
+    def __init__(
+        self, comm: Any, mesh: Mesh | None, components: int, mixed: bool = False, apart: Sequence[str] = ()
+    ) -> None:
         self.comm = comm.tompi4py() if hasattr(comm, "tompi4py") else comm
         pieces = split(mesh, self.comm.size) if self.comm.rank == 0 and mesh is not None else None
         self.piece = self.comm.scatter(pieces)
@@ -41,30 +50,45 @@ class Space:
         piece, c = self.piece, components
         self.dim = piece.points.shape[1]
         nodes = len(piece.points)
-        vertices = np.unique(piece.cells[:, : self.dim + 1]) if mixed else np.empty(0, dtype=np.int64)
+        region = np.zeros(len(piece.cells), dtype=np.int64)
+        for number, name in enumerate(apart, 1):
+            if name not in piece.regions:
+                raise ValueError(
+                    f"{name}: the mesh has no such region (it has: {', '.join(sorted(piece.regions)) or 'none'})"
+                )
+            region[piece.regions[name]] = number
+        parts = [np.flatnonzero(region == number) for number in range(len(apart) + 1)] if mixed else []
+        vertices = [np.unique(piece.cells[part, : self.dim + 1]) for part in parts]
         # A vertex that this rank owns may be used only by other ranks' cells, hence the exchange.
-        is_vertex = np.zeros(nodes)
-        is_vertex[vertices] = 1
         node_scatter = _Scatter(self.comm, piece.owned, piece.nodes)
-        owned_vertices = np.flatnonzero(node_scatter.sum(is_vertex) > 0)
-        self.owned = c * piece.owned + len(owned_vertices)
+        owned_vertices = []
+        for used in vertices:
+            is_vertex = np.zeros(nodes)
+            is_vertex[used] = 1
+            owned_vertices.append(np.flatnonzero(node_scatter.sum(is_vertex) > 0))
+        self.owned = c * piece.owned + sum(len(mine) for mine in owned_vertices)
         self.first = int(self.comm.exscan(self.owned) or 0)
         self.size = int(self.comm.allreduce(self.owned))
-        pressure = np.zeros(piece.owned)
-        pressure[owned_vertices] = self.first + c * piece.owned + np.arange(len(owned_vertices))
         node_dof = node_scatter.local(self.first + c * np.arange(piece.owned, dtype=float)).astype(np.int64)
-        pressure_dof = node_scatter.local(pressure).astype(np.int64)
         self.node_dofs = node_dof
-        node_scatter.close()
-        self.local_dofs = np.append((node_dof[:, None] + np.arange(c)).ravel(), pressure_dof[vertices])
         self.displacements = slice(0, c * nodes)
+        local_dofs = [(node_dof[:, None] + np.arange(c)).ravel()]
         self.cell_dofs = (c * piece.cells[:, :, None] + np.arange(c)).reshape(
             len(piece.cells), c * piece.cells.shape[1]
         )
-        if mixed:
+        number, local, columns = self.first + c * piece.owned, c * nodes, np.zeros((len(region), self.dim + 1), int)
+        for part, used, mine in zip(parts, vertices, owned_vertices, strict=True):
+            pressure = np.zeros(piece.owned)
+            pressure[mine] = number + np.arange(len(mine))
+            local_dofs.append(node_scatter.local(pressure).astype(np.int64)[used])
             position = np.zeros(nodes, dtype=np.int64)
-            position[vertices] = c * nodes + np.arange(len(vertices))
-            self.cell_dofs = np.hstack([self.cell_dofs, position[piece.cells[:, : self.dim + 1]]])
+            position[used] = local + np.arange(len(used))
+            columns[part] = position[piece.cells[part, : self.dim + 1]]
+            number, local = number + len(mine), local + len(used)
+        if mixed:
+            self.cell_dofs = np.hstack([self.cell_dofs, columns])
+        self.local_dofs = np.concatenate(local_dofs)
+        node_scatter.close()
         self._scatter = _Scatter(self.comm, self.owned, self.local_dofs)
 
     def local(self, owned: Floats) -> Floats:

@@ -29,6 +29,7 @@ LEVELS: list[tuple[str, dict[str, Any], float, int]] = [
     ("membrane-ball", {}, 4 / 24, 1),
     ("plug", {"nu": 0.4999}, 0.4, 2),
     ("layered-tube", {}, 0.8, 2),
+    ("layered-tube", {"formulation": "mixed"}, 0.8, 2),
     ("v-groove", {}, 0.0, 1),
     ("two-bars", {}, 0.0, 1),
 ]

@@ -11,8 +11,20 @@ from validation.exact.layered_tube import LayeredTube
 
 @case(
     "layered-tube",
-    {"E1": 2.0, "nu1": 0.45, "E2": 1.0, "nu2": 0.3, "a": 1.0, "b": 1.12, "c": 1.2, "k": 0.5, "delta": 0.01},
+    {
+        "E1": 2.0,
+        "nu1": 0.45,
+        "E2": 1.0,
+        "nu2": 0.3,
+        "a": 1.0,
+        "b": 1.12,
+        "c": 1.2,
+        "k": 0.5,
+        "delta": 0.01,
+        "formulation": "displacement",
+    },
     levels=(0.24, 0.16, 0.12),
+    variants=({}, {"nu1": 0.4999, "nu2": 0.499, "formulation": "mixed"}),
     rates={"pressure": {2: (4.0, 0.5)}},
 )
 def layered_tube(run: Run) -> list[Quantity]:
@@ -21,12 +33,13 @@ def layered_tube(run: Run) -> list[Quantity]:
     a, b, c, delta = run["a"], run["b"], run["c"], run["delta"]
     mesh = {"shape": "tube-wall", "radius": a, "thickness": c - a, "media": (b - a) / (c - a), "length": 0.4 * a}
     media, adventitia = {"E": run["E1"], "nu": run["nu1"]}, {"E": run["E2"], "nu": run["nu2"]}
+    material = {"state": "3d", "formulation": run["formulation"]}
     solved = run.solve(
         body=[
             {
                 "name": "wall",
                 "mesh": {**mesh, "h": run.h, "layers": max(2, round(0.48 * a / run.h)), "order": run.order},
-                "material": {"state": "3d", "regions": {"media": media, "adventitia": adventitia}},
+                "material": {**material, "regions": {"media": media, "adventitia": adventitia}},
                 "supports": [
                     {"tag": "inlet", "component": "z"},
                     {"tag": "outlet", "component": "z"},
