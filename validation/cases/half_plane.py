@@ -189,8 +189,8 @@ def _hertz_line_pair(run: Run) -> list[Quantity]:
 def wavy(run: Run) -> list[Quantity]:
     """Westergaard's waves: two free bodies pressed together, half a period of them, H high.
 
-    The waves Δ(1 − cos 2πx/λ) are the initial clearance of two plane faces; h and H are given for λ = 1. At H = 2 the
-    exact stress on the far sides is uniform to 6e-5.
+    The waves Δ(1 − cos 2πx/λ) are the initial clearance of two plane faces; h and H are given for λ = 1. The lower
+    body's cells are 2h/3 long and carry the multipliers. At H = 2 the exact stress on the far sides is uniform to 6e-5.
     """
     pair = TwoBodies(**run.values("E1", "nu1", "E2", "nu2"))
     period, amplitude = run["wavelength"], run["amplitude"]
