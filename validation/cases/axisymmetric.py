@@ -63,7 +63,7 @@ def _section(
     study=lambda p: (1 / 8, 1 / 11, 1 / 16, 1 / 22, 1 / 32) if p["model"] == "3d" else (),
 )
 def hertz_point(run: Run) -> list[Quantity]:
-    """Hertz's point contact, axisymmetric or 3d: a body (E, nu) on a rigid paraboloid, or two where E1, E2 are given."""
+    """Hertz's point contact, axisymmetric or 3d: a body (E, nu) on a rigid paraboloid, or two (E1 and E2 given)."""
     if run["model"] not in ("axisymmetric", "3d"):
         raise ValueError(f"hertz-point: model = {run['model']}: must be axisymmetric or 3d")
     inside_the_box(run)
