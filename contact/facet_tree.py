@@ -63,7 +63,8 @@ def _meets(
         across += away * away
     if axial - half - radius > reach or axial + half + radius < -depth:
         return False
-    allowed = radius + widening * max(reach, depth) + np.sqrt(square)
+    way = min(abs(axial) + half + radius, max(reach, depth))
+    allowed = radius + widening * way + np.sqrt(square)
     return bool(across - axial * axial <= allowed * allowed * (1.0 + 1e-9))
 
 

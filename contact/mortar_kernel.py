@@ -124,7 +124,7 @@ def _meet(x: Floats, f: int, at: Floats, n: Floats, xi: Floats, N: Floats, dN: F
             xi[0] += first
             xi[1] += second
             size = max(abs(first), abs(second))
-        if size < 1e-14:
+        if size < 1e-9:  # its square is below round-off
             break
     if not (abs(xi[0] - a) < 1.0 and abs(xi[-1] - b) < 1.0):
         xi[0], xi[-1] = a, b  # no foot near: the point found by projection
