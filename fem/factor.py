@@ -80,17 +80,18 @@ class Factor:
         """X = A⁻¹ Hᵀ for sparse rows H on displacements that A moves, (owned, k). Collective.
 
         MUMPS passes over the branches of the factor that a sparse right-hand side does not reach, which halves its
-        time; it takes such right-hand sides from one rank only, so that on several ranks they are dense.
+        time; it takes such right-hand sides from the first rank.
         """
         factor = self.ksp.getPC()
-        sparse = self._comm.size == 1 and self.ksp.getType() == PETSc.KSP.Type.PREONLY
-        if not (sparse and factor.getFactorSolverType() == PETSc.Mat.SolverType.MUMPS):
+        direct = self.ksp.getType() == PETSc.KSP.Type.PREONLY
+        if not (direct and factor.getFactorSolverType() == PETSc.Mat.SolverType.MUMPS):
             return self.solve(H.toarray().T)
-        k, size = H.shape[0], self._sizes[1]
+        k, (owned, size) = H.shape[0], self._sizes
+        H = self._on_first_rank(H)
         csr = H.indptr.astype(PETSc.IntType), H.indices.astype(PETSc.IntType), H.data
-        rows = PETSc.Mat().createAIJ((k, size), csr=csr, comm=self._comm)
+        rows = PETSc.Mat().createAIJ(((H.shape[0], k), (H.shape[1], size)), csr=csr, comm=self._comm)
         columns = PETSc.Mat().createTranspose(rows)
-        X = PETSc.Mat().createDense((size, k), comm=self._comm)
+        X = PETSc.Mat().createDense(((owned, size), (H.shape[0], k)), comm=self._comm)
         X.setUp()
         try:
             factor.getFactorMatrix().matSolve(columns, X)
@@ -99,6 +100,17 @@ class Factor:
             for matrix in (columns, rows, X):
                 matrix.destroy()
         return result
+
+    def _on_first_rank(self, H: sp.csr_array) -> sp.csr_array:
+        """All columns of H on rank 0, (k, size), nothing elsewhere, (0, 0). Collective."""
+        if self._comm.size == 1:
+            return H
+        entries, first = H.tocoo(), self.A.getOwnershipRange()[0]
+        parts = self._comm.tompi4py().gather((entries.data, entries.row, entries.col + first))
+        if parts is None:
+            return sp.csr_array((0, 0))
+        data, row, column = (np.concatenate(part) for part in zip(*parts, strict=True))
+        return sp.csr_array((data, (row, column)), shape=(H.shape[0], self._sizes[1]))
 
     def close(self) -> None:
         """Destroy the matrix and the solver. Collective."""
