@@ -36,7 +36,7 @@ class MeshFile(Table):
 
 
 class MeshShape(BaseModel):
-    """A generated mesh: `shape` and the parameters of that generator in `meshes` [m]."""
+    """A generated mesh: `shape`, the parameters of that generator in `meshes` [m], and its `placement`."""
 
     model_config = ConfigDict(extra="allow", frozen=True)
     shape: Name

@@ -173,9 +173,10 @@ def test_bad_parameters(shape: str, change: dict[str, object], message: str) -> 
         ({"vessel": 15}, "vessel = 15: must be from 0 to 14"),
         ({"vessel": -1}, "vessel = "),
         ({"part": [0.2, 0.1]}, r"part = \[0\.2, 0\.1\]: must be two increasing lengths from 0 to 0\.5"),
+        ({"vessel": 8, "ratio": 0.15}, "its radius of curvature is .* must be above the outer radius"),
         ({"spacing": 0.0}, r"spacing = 0\.0: must be a positive number"),
     ],
 )
 def test_bad_parts_of_a_file(change: dict[str, object], message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        generate("vessel-wall", centreline=str(AORTA), scale=1e-3, ratio=0.1, h=5e-3, **change)
+        generate("vessel-wall", **{"centreline": str(AORTA), "scale": 1e-3, "ratio": 0.1, "h": 5e-3, **change})
