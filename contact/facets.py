@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fem.body import Body
@@ -14,7 +15,7 @@ from meshes.simplices import EDGES
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-SHARP = np.cos(np.radians(40))  # between a facet and the mean normal: beyond it an edge is sharp
+SHARP = np.cos(np.radians(50))  # of the angle between facets beyond which their common edge is sharp
 STRAIGHT = 1e-10
 
 
@@ -45,8 +46,7 @@ class Facets:
         self.X = self._gather(body.points[local])
         self.first = self._gather(space.node_dofs[local])
         nodes = self._gather(space.piece.nodes[local])
-        self._numbers, self._nodes = (a.reshape(-1) for a in np.unique(nodes, return_inverse=True))
-        self._nodes = self._nodes.reshape(nodes.shape)
+        self._meeting = _equal_pairs(nodes.ravel())
         self.vertices, rows = np.unique(nodes[:, : space.dim], return_inverse=True)
         self.rows: Ints = rows.reshape(-1, space.dim)
         self.dim, self.order = space.dim - 1, order_of(space.dim - 1, local.shape[1])
@@ -83,21 +83,20 @@ class Facets:
     def normals(self, x: Floats) -> Floats:
         """Unit normals at the nodes of deformed facets x, (f, k, D), out of the body.
 
-        A node has the mean of the normals of its facets, so that the field is continuous; at a sharp edge each facet
-        keeps its own.
+        A facet has at its node the mean of its own normal and those of its neighbours there, so that the field is
+        continuous; neighbours behind a sharp edge do not count.
         """
         corners = np.vstack([np.zeros(self.dim), np.eye(self.dim)])
         nodes = corners
         if self.order == 2:
             nodes = np.vstack([corners, corners[np.array(EDGES[self.dim])].mean(axis=1)])
-        own, _ = normals_of(np.einsum("qad,fak->fqdk", shape_gradient(nodes, self.order), x))
-        total = np.zeros((len(self._numbers), x.shape[2]))
-        np.add.at(total, self._nodes, own)
-        mean = total / np.maximum(np.linalg.norm(total, axis=1), 1e-300)[:, None]
-        mean = mean[self._nodes]
-        smooth = np.einsum("fkd,fkd->fk", own, mean) > SHARP
-        normals: Floats = np.ascontiguousarray(np.where(smooth[:, :, None], mean, own))
-        return normals
+        n, _ = normals_of(np.einsum("qad,fak->fqdk", shape_gradient(nodes, self.order), x))
+        own = n.reshape(-1, x.shape[2])
+        i, j = self._meeting
+        smooth = np.einsum("pd,pd->p", own[i], own[j]) > SHARP
+        mean = sp.csr_array((smooth.astype(float), (i, j)), shape=(len(own), len(own))) @ own
+        mean /= np.linalg.norm(mean, axis=1)[:, None]
+        return np.ascontiguousarray(mean.reshape(n.shape))
 
     def pieces(self, x: Floats) -> tuple[Floats, Floats]:
         """Flat pieces of deformed facets x, one where all are straight: reference (s, D, D − 1), true (f, s, D, D)."""
@@ -124,6 +123,15 @@ def bulge(x: Floats, dim: int) -> Floats:
     off = x[:, dim + 1 :] - (x[:, edges[:, 0]] + x[:, edges[:, 1]]) / 2
     size: Floats = np.linalg.norm(off, axis=2).max(axis=1)
     return size
+
+
+def _equal_pairs(numbers: Ints) -> tuple[Ints, Ints]:
+    """All pairs (i, j) with numbers[i] = numbers[j], i = j included."""
+    order = np.argsort(numbers, kind="stable")
+    _, start, count = np.unique(numbers[order], return_index=True, return_counts=True)
+    first, many = np.repeat(start, count), np.repeat(count, count)
+    place = np.arange(many.sum()) - np.repeat(np.cumsum(many) - many, many)
+    return np.repeat(order, many), order[np.repeat(first, many) + place]
 
 
 def normals_of(tangents: Floats) -> tuple[Floats, Floats]:
