@@ -122,7 +122,7 @@ def _dispatch(arguments: argparse.Namespace, petsc_options: list[str]) -> int:
     if arguments.command == "study":
         from runs import study
 
-        return study.command(arguments)
+        return study.command(arguments, petsc_options)
     from runs import scenes
 
     return scenes.command(arguments, petsc_options)

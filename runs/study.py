@@ -29,13 +29,13 @@ SPARE = 60.0  # seconds beyond those for recording, until a scene is given up
 INTERRUPTED = 130
 
 
-def command(arguments: argparse.Namespace) -> int:
+def command(arguments: argparse.Namespace, petsc_options: list[str]) -> int:
     """Run or go on with a study.
 
     1 where a claimed rate is missed, 3 where a case's own method did not converge; that another method fails is a
     finding of the study. Collective.
     """
-    comm, settings = MPI.COMM_WORLD, _settings(arguments)
+    comm, settings = MPI.COMM_WORLD, _settings(arguments, tuple(petsc_options))
     planned = chains(settings)
     folder = Path(arguments.output)
     head = {"settings": settings.as_dict(), "machine": machine(), "versions": versions()}
@@ -50,7 +50,7 @@ def command(arguments: argparse.Namespace) -> int:
     return int(comm.bcast(code))
 
 
-def _settings(arguments: argparse.Namespace) -> Settings:
+def _settings(arguments: argparse.Namespace, options: tuple[str, ...]) -> Settings:
     """The settings that the arguments ask for; ValueError where one is not allowed."""
     for name in arguments.cases:
         if name not in CASES:
@@ -72,7 +72,7 @@ def _settings(arguments: argparse.Namespace) -> Settings:
     if arguments.record:
         given |= {"scenes": SCENES, "recording": arguments.record}
     changes = tuple(change(text) for text in arguments.changes)
-    return Settings(repeats=arguments.repeat, limit=arguments.limit, changes=changes, **given)
+    return Settings(repeats=arguments.repeat, limit=arguments.limit, changes=changes, options=options, **given)
 
 
 def _begin(folder: Path, head: dict[str, Any], settings: Settings, planned: list[Chain]) -> dict[str, Any]:
@@ -129,10 +129,10 @@ def _study(shared: Executor, settings: Settings, planned: list[Chain], folder: P
     study = _Study(shared, settings, folder)
     try:
         if single:
-            study.levels("runs", planned, 0, settings.repeats, alone=True)
+            study.levels("runs", planned, 0, alone=True)
         else:
-            study.levels("answers", planned, 0, 1, alone=False)
-        study.levels("timing", planned, 1, settings.repeats, alone=True)
+            study.levels("answers", planned, 0, alone=False)
+        study.levels("timing", planned, 1, alone=True)
         study.record()
         study.solve()
     except KeyboardInterrupt:
@@ -153,12 +153,12 @@ class _Study:
         # Chains in a random order: a machine that slows down does so for no method or case in particular.
         self._random = random.Random(settings.seed)
 
-    def levels(self, what: str, planned: list[Chain], which: int, repeats: int, alone: bool) -> None:
+    def levels(self, what: str, planned: list[Chain], which: int, alone: bool) -> None:
         """Run the levels that are missing: without an answer (0), or not timed alone (1)."""
         levels = {key: missing[which] for key, missing in _missing(self._journal, planned).items()}
         todo = [chain for chain in planned if levels[chain.key]]
         self._random.shuffle(todo)
-        tasks = [(pool.run_chain, self._path, c, levels[c.key], repeats, self._settings.limit, alone) for c in todo]
+        tasks = [(pool.run_chain, self._path, c, levels[c.key], self._settings, alone) for c in todo]
         self._share(what, tasks, sum(map(len, levels.values())))
 
     def record(self) -> None:
@@ -168,8 +168,12 @@ class _Study:
             name = {"problems_of": scene}
             if not self._finished(name):
                 path = Path(__file__).parent / f"{scene}.toml"
-                request = {"scene": str(path), "files": str(self._problems(scene)), "problems": PROBLEMS}
-                request["seconds"] = self._settings.recording
+                request: dict[str, Any] = {
+                    "scene": str(path),
+                    "files": str(self._problems(scene)),
+                    "problems": PROBLEMS,
+                }
+                request |= {"seconds": self._settings.recording, "petsc": self._settings.options}
                 tasks.append((pool.run_request, self._path, name, request, limit, False))
         self._share("scenes", tasks, 2 * len(tasks))
 
@@ -181,7 +185,8 @@ class _Study:
             for method, options in treatments(self._settings.methods).items():
                 name = {"problems_of": scene, "method": method}
                 if files and not self._finished(name):
-                    request = {"files": files, "method": method, "options": options, "repeats": self._settings.repeats}
+                    request: dict[str, Any] = {"files": files, "method": method, "options": options}
+                    request |= {"repeats": self._settings.repeats, "petsc": self._settings.options}
                     tasks.append((pool.run_request, self._path, name, request, self._settings.limit, True))
                     count += len(files) + 1
         self._random.shuffle(tasks)

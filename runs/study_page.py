@@ -163,11 +163,12 @@ def _convex(found: Tables, scene: str) -> list[Row]:
 def _conditions(page: Page, facts: dict[str, Any], found: Tables) -> None:
     settings, known = facts["settings"], facts["versions"]
     page.section("What was run, and how")
-    changes = "".join(f" --set {key}={value}" for key, value in settings["changes"])
+    rest = "".join(f" --set {key}={value}" for key, value in settings["changes"])
+    rest += " -- " + " ".join(settings["options"]) if "options" in settings else ""
     page.text(
         f"`signorini study {' '.join(settings['cases'])} --methods {','.join(settings['methods'])} "
         f"--levels {settings['levels']} --repeat {settings['repeats']} --limit {settings['limit']:g} "
-        f"--record {settings['recording'] if settings['scenes'] else 0:g} --seed {settings['seed']}{changes}`"
+        f"--record {settings['recording'] if settings['scenes'] else 0:g} --seed {settings['seed']}{rest}`"
     )
     page.facts({**facts["machine"], **known})
     page.text(

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import re
+import tempfile
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +19,14 @@ from validation.study.plan import Chain
 from validation.study.tables import read, tables
 
 SHORT = ["membrane-disc", "--levels", "2", "--methods", "status,vi-primal", "--record", "0", "--repeat", "2"]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def alone(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """A lock of the tests' own: they do not wait for studies that run beside them."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(tempfile, "tempdir", str(tmp_path_factory.mktemp("lock")))
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -130,6 +140,7 @@ def test_other_versions(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: p
         (["string", "--limit", "0"], "--limit 0"),
         (["string", "--record", "-1"], "--record -1"),
         (["string", "--set", "E=1"], "string: E = 1.0: unknown"),
+        (["string", "--set", "L"], "--set 'L': must be KEY=VALUE"),
     ],
 )
 def test_bad_input(arguments: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -157,9 +168,11 @@ def test_run_beyond_its_time(tmp_path: Path) -> None:
     """It is entered as such, finer meshes are not tried, and the study goes on."""
     folder = tmp_path / "new"
     short = ["string", "--levels", "3", "--methods", "status", "--record", "0", "--limit", "1e-9"]
-    assert main(["study", *short, "-o", str(folder)]) == DONE
+    assert main(["study", *short, "-o", str(folder), "--", "-malloc_dump", "no"]) == DONE
     outcomes = [(e["level"], e["outcome"]) for e in lines(folder) if e["chain"] == "string|1|status"]
     assert outcomes == [(0, "time limit"), (1, "not tried"), (2, "not tried")]
+    content = json.loads((folder / "study.json").read_text(encoding="utf8"))
+    assert content["settings"]["options"] == ["-malloc_dump", "no"]
 
 
 def solved(level: int, error: float) -> dict[str, Any]:

@@ -28,6 +28,7 @@ class Settings:
     changes : parameters other than those of the study's cases
     scenes : names of scenes whose contact problems are recorded
     recording : seconds of CPU for which each of them is run
+    options : words for PETSc, given to every run
     """
 
     cases: tuple[str, ...]
@@ -39,10 +40,12 @@ class Settings:
     changes: tuple[tuple[str, Parameter], ...] = ()
     scenes: tuple[str, ...] = ()
     recording: float = 10.0
+    options: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
-        """As JSON keeps it."""
-        return {k: list(map(_listed, v)) if isinstance(v, tuple) else v for k, v in asdict(self).items()}
+        """As JSON keeps it; `options` only if there are any."""
+        entries = {k: list(map(_listed, v)) if isinstance(v, tuple) else v for k, v in asdict(self).items()}
+        return {key: value for key, value in entries.items() if key != "options" or value}
 
 
 def _listed(value: Any) -> Any:

@@ -23,7 +23,7 @@ from typing import Any, cast
 from mpi4py import MPI
 
 from validation.study.journal import Journal
-from validation.study.plan import Chain
+from validation.study.plan import Chain, Settings
 
 # Variables by which an MPI launcher makes a process one of its ranks; a worker is a program of its own.
 LAUNCHER = ("PMI", "PMIX", "MPI", "HYD", "OMPI", "SLURM_PROCID")
@@ -47,25 +47,25 @@ def executor(jobs: int, comm: Any = MPI.COMM_WORLD) -> Iterator[Executor | None]
             yield local
 
 
-def run_chain(journal: str, chain: Chain, levels: list[int], repeats: int, limit: float, alone: bool) -> None:
-    """Run levels of a chain in a process of their own and enter each into the journal.
+def run_chain(journal: str, chain: Chain, levels: list[int], settings: Settings, alone: bool) -> None:
+    """Run levels of a chain in a process of their own and enter each into the journal; once only unless `alone`.
 
-    What it cannot treat, or not within the limit, on one mesh is not tried on finer ones.
+    Where the method cannot treat the problem, or not within the limit, on one mesh, finer ones are not tried.
     """
     entries, left = Journal(Path(journal)), list(levels)
     name = {"chain": chain.key, "alone": alone}
     request = {"case": chain.case, "changes": [list(c) for c in chain.changes], "order": chain.order}
     request |= {"method": chain.method, "sizes": list(chain.sizes), "levels": levels}
-    request |= {"repeats": repeats, "limit": limit}
+    request |= {"repeats": settings.repeats if alone else 1, "limit": settings.limit, "petsc": settings.options}
 
     def enter(line: dict[str, Any]) -> bool:
         if "level" not in line:
             return True
         left.remove(line["level"])
         entries.append({**name, **line})
-        return bool(line["outcome"] != "refused")
+        return not (line["outcome"] == "refused" and line["reason"].startswith("method = "))
 
-    ended = converse(request, enter, limit, alone)
+    ended = converse(request, enter, settings.limit, alone)
     if ended and left:
         entries.append({**name, "level": left.pop(0), **ended})
     why = f"{ended['outcome']} on a coarser mesh" if ended else "refused on a coarser mesh"

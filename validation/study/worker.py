@@ -2,9 +2,10 @@
 
     echo REQUEST | python -m validation.study.worker
 
-REQUEST is one JSON object: a chain of levels (``case``), a scene to record problems from (``scene``) or recorded
-problems for a method to solve (``files``). Answers are JSON Lines, one as soon as it is known; before each run a line
-says since which time of the process's CPU it goes on, so that who asked can end a process whose run takes too long.
+REQUEST is one JSON object: options (``petsc``), and a chain of levels (``case``), a scene to record problems from
+(``scene``) or recorded problems for a method to solve (``files``). Answers are JSON Lines, one as soon as it is known;
+before each run a line says since which time of the process's CPU it goes on, so that who asked can end a process whose
+run takes too long.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ def main() -> None:
     answers = os.fdopen(os.dup(1), "w", buffering=1, encoding="utf8")
     os.dup2(2, 1)
     request = json.load(sys.stdin)
-    petsc.initialise()
+    petsc.initialise(request.pop("petsc"))
     if "case" in request:
         lines = _levels(**request)
     elif "scene" in request:
