@@ -67,6 +67,9 @@ class MortarContact:
     clearance : an initial gap besides that of the meshes [m], a number or a function (x, t) of the multiplier side's
         places: profiles of the linear theory, press fits of parts that are drawn at their common radius
 
+    Parts look at each other over half the larger body's size, and through each other over a twentieth of the smaller
+    one's, twice the interference, and what they have moved in the step: deeper in, one would see the other's far side.
+
     Source: Puso and Laursen, CMAME 193 (2004); Wohlmuth, SIAM J. Numer. Anal. 38 (2000) for dual bases; Popp, Seitz,
     Gee and Wall, CMAME 264 (2013) for those of partly covered facets.
     """
@@ -87,9 +90,8 @@ class MortarContact:
             raise ValueError(
                 f"contact {name!r}: bodies {facets.body.name!r} and {others.body.name!r} do not live in the same space"
             )
-        smaller = min(facets.body.size, others.body.size)
-        self.reach, self.depth = smaller / 2, 2 * interference + smaller / 20
-        self.length = max(facets.body.size, others.body.size)
+        smaller, self.length = sorted((facets.body.size, others.body.size))
+        self.reach, self.depth = self.length / 2, 2 * interference + smaller / 20
         self._supports = facets.supports()
         self._places = facets.places()
         X = facets.X.reshape(-1, facets.X.shape[2])
@@ -117,8 +119,8 @@ class MortarContact:
         if not self.finite and not looking.any():
             raise ValueError(
                 f"contact {self.name!r}: no part of {self.facets.body.name}/{self.facets.tag} looks at "
-                f"{self.others.body.name}/{self.others.tag} from at most {self.reach:.6g} m before it to "
-                f"{self.depth:.6g} m behind it (half of the smaller body, and what interference declares)"
+                f"{self.others.body.name}/{self.others.tag} from at most {self.reach:.6g} m away, or "
+                f"{self.depth:.6g} m inside it; bodies that start deeper in each other must declare their interference"
             )
         depths = found.openings[looking] / found.areas[looking]
         check_interference(self.name, depths, self.interference, self.length)
