@@ -18,21 +18,20 @@ def cot(degrees: float) -> float:
     return float(1 / np.tan(np.deg2rad(degrees)))
 
 
-@pytest.mark.parametrize("order", [1, 2])
-@pytest.mark.parametrize("angles", [(30.0, 50.0), (0.0, 90.0)])
+@pytest.mark.parametrize(("order", "angles"), [(1, (0.0, 90.0)), (2, (30.0, 50.0))])
 def test_rates_of_equal_tubes(order: int, angles: tuple[float, float]) -> None:
     """Each of three seams takes 4/3 (c³ − a³) cot α from the tubes' volume and 4 a² cot α from their lumen's area."""
     cots = cot((180 - angles[0]) / 2) + cot((180 - angles[1]) / 2) + cot(sum(angles) / 2)
     exact = np.array([0.44 * pi * 12 - 4 / 3 * (1.2**3 - 1) * cots, 2 * pi * 12 - 4 * cots, 0.44 * pi])
     errors = []
-    for h in (0.6, 0.3):
+    for h in (0.7, 0.346):  # 10 and 20 cells around
         mesh = generate(
             "bifurcation-wall", **PARENT, h=h, angles=angles, radii=[1.0, 1.0], lengths=[4.0, 5.0], order=order
         )
         closed(mesh)
         areas = [surface(mesh.points, mesh.facet(tag))[0] for tag in ("lumen", "outlet-2")]
         errors.append(np.abs(np.array([volume(mesh.points, mesh.cells), *areas]) / exact - 1))
-    assert errors[1].max() < (2e-2, 5e-5)[order - 1]
+    assert errors[1].max() < (4e-2, 2e-4)[order - 1]
     np.testing.assert_allclose(np.log2(errors[0] / errors[1]), 2 * order, atol=0.3)
 
 

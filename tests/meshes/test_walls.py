@@ -93,11 +93,11 @@ def test_a_tapered_wall_along_points() -> None:
     s = np.linspace(0, 3, 4)
     rows = np.column_stack([s / 3, 2 * s / 3, 2 * s / 3, 1 - s / 6])
     errors = []
-    for h in (0.4, 0.2):
+    for h in (0.6, 0.3):
         mesh = generate("vessel-wall", centreline=rows.tolist(), ratio=0.2, h=h)
         closed(mesh)
         errors.append(volume(mesh.points, mesh.cells) / (0.44 * pi * 6 * (1 - 0.5**3) / 3) - 1)
-    assert abs(errors[1]) < 2e-5
+    assert abs(errors[1]) < 1e-4
     assert np.log2(errors[0] / errors[1]) == pytest.approx(4, abs=0.3)
     axis = np.array([1, 2, 2]) / 3
     x = mesh.points[np.unique(mesh.facet("lumen"))]
@@ -121,10 +121,10 @@ def test_a_wall_along_a_spatial_curve() -> None:
 def test_the_aortas_wall() -> None:
     """The measured aorta, 0.2 m of it: closed, and its wall's volume is π (1.15² − 1) ∫ r² ds of its own centreline."""
     part = {"centreline": str(AORTA), "scale": 1e-3, "ratio": 0.15, "part": [0.2, 0.4], "media": 0.6}
-    mesh = generate("vessel-wall", **part, h=5e-3)
+    mesh = generate("vessel-wall", **part, h=7e-3)
     closed(mesh)
     areas = [surface(mesh.points, mesh.facet(tag))[0] for tag in ("lumen", "inlet", "outlet")]
-    fine = generate("vessel-wall", **part, h=3.5e-3)
+    fine = generate("vessel-wall", **part, h=5e-3)
     assert volume(mesh.points, mesh.cells) == pytest.approx(volume(fine.points, fine.cells), rel=1e-3)
     assert areas[0] == pytest.approx(surface(fine.points, fine.facet("lumen"))[0], rel=1e-3)
     radii = [np.sqrt(area / (pi * (1.15**2 - 1))) for area in areas[1:]]
