@@ -18,6 +18,7 @@ from runs.device_sights import Sight, View, beams_of, sight_of, smooth
 from runs.frame import Frame
 from runs.pictures import BLUE, GREY, VERMILLION, Floats, Ints
 from runs.plot import DPI, footer, new_figure, title
+from runs.wall_pictures import lining_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -28,7 +29,7 @@ WIDTH, COLOUR_BAR = 10.7, 0.9
 FRAMES, PER_SECOND = 150, 15
 """Of an animation, at most, and how many it shows a second."""
 
-COLOURS, STEEL, WALL = "plasma", "#64768A", np.array([0.90, 0.40, 0.33])
+COLOURS, LINING, STEEL, WALL = "plasma", "GnBu", "#64768A", np.array([0.90, 0.40, 0.33])
 
 DECADES = 1e3
 """The largest contact force over the smallest one that has a colour of its own."""
@@ -88,7 +89,18 @@ class Stage:
             tube = line.tube(scalars="radius", absolute=True, n_sides=20, capping=True)
             metal = {"color": STEEL, "smooth_shading": True, "ambient": 0.15, "specular": 0.6, "specular_power": 20}
             self.plotter.add_mesh(tube, name=f"device {number}", **metal, **look)
-        self.plotter.remove_actor(["planes", "rims", "points"], **look)
+        self.plotter.remove_actor(["planes", "rims", "points", "lining"], **look)
+        if lining := lining_of(frame, x[np.concatenate(beams_of(frame))], self.view.eye):
+            mesh = pyvista.PolyData.from_regular_faces(lining.points, lining.triangles)
+            mesh["moved"] = 1e3 * lining.moved
+            shades = {
+                "scalars": "moved",
+                "cmap": LINING,
+                "clim": (0.0, 1e3 * self.sight.moved),
+                "ambient": 0.5,
+                "diffuse": 0.55,
+            }
+            self.plotter.add_mesh(mesh, name="lining", show_scalar_bar=False, **shades, **look)
         active = frame.contact["lambda"] > 0
         if active.any():
             contacts = pyvista.PolyData(frame.contact["point"][active])
@@ -151,7 +163,7 @@ def device_figure(path_record: str | os.PathLike[str], step: int = -1) -> Figure
             image = stage.shot(frame)
         axes.append(figure.add_subplot(above[i]))
         draw_view(axes[-1], image, view)
-    _draw_colours(figure, axes, sight.top)
+    _draw_colours(figure, axes, sight)
     below = places[1].subgridspec(1, 4)
     draw_history([figure.add_subplot(below[i]) for i in range(4)], history, float(frame.row["time"]))
     figure.suptitle(title(frame), fontsize=12, color="black" if frame.row["converged"] else VERMILLION)
@@ -180,7 +192,7 @@ def animate(path_record: str | os.PathLike[str], path_movie: str | os.PathLike[s
     steps = np.unique(np.linspace(0, len(history.time) - 1, FRAMES).round().astype(int))
     with Stage(sight, view, 110 * 8.0 / view.width) as stage:
         shown = draw_view(axes, stage.shot(last), view)
-        _draw_colours(figure, [axes], sight.top)
+        _draw_colours(figure, [axes], sight)
         _draw_contacts(below, history)
         below.set_xlabel("time t [s]")
         below.legend(fontsize=8, loc="upper left")
@@ -275,11 +287,14 @@ def _round(length: float) -> float:
     return float(power * max(digit for digit in (1, 2, 5) if digit * power <= length * (1 + 1e-12)))
 
 
-def _draw_colours(figure: Figure, axes: list[Any], top: float) -> None:
+def _draw_colours(figure: Figure, axes: list[Any], sight: Sight) -> None:
     from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import LogNorm
+    from matplotlib.colors import LogNorm, Normalize
 
-    colours = ScalarMappable(LogNorm(top / DECADES, top), COLOURS)
+    if sight.moved:
+        shades = ScalarMappable(Normalize(0.0, 1e3 * sight.moved), LINING)
+        figure.colorbar(shades, ax=axes, label="the wall has moved by [mm]", shrink=0.8, aspect=30, pad=0.01)
+    colours = ScalarMappable(LogNorm(sight.top / DECADES, sight.top), COLOURS)
     figure.colorbar(colours, ax=axes, label="contact force λ [N]", shrink=0.8, aspect=30, pad=0.01, extend="min")
 
 

@@ -16,6 +16,7 @@ from scipy.spatial import cKDTree
 from contact.surfaces import Surface
 from runs.frame import Frame
 from runs.pictures import Floats, Ints
+from runs.wall_pictures import largest_motion
 
 FINE, COARSE = 900, 280
 """The wall's grid resolves the smallest vessel in sight by four cells a radius, between these parts of the diagonal."""
@@ -53,12 +54,14 @@ class Sight:
     views : the front and the side
     size : diagonal of what is looked at [m]
     top : contact force at the end of the colours [N]
+    moved : displacement of solids at the end of theirs [m]; 0 where there are none
     """
 
     walls: list[Wall]
     views: tuple[View, View]
     size: float
     top: float
+    moved: float = 0.0
 
 
 def wall_of(surface: Surface, low: Floats, high: Floats, spacing: float) -> Wall:
@@ -152,7 +155,10 @@ def sight_of(frame: Frame, surfaces: Sequence[Surface], top: float) -> Sight:
             # The wall about the device is in the picture, and as much again of what comes behind it.
             gap = cKDTree(wall.points).query(seen)[0].max()
             shown.append(wall.points[tree.query(wall.points)[0] < 1.5 * gap])
-    return Sight(walls, views_of(np.concatenate(shown)), extent, top)
+    for faces in frame.bodies.faces:
+        nodes = np.unique(faces.nodes)
+        shown.append(x[nodes[tree.query(x[nodes])[0] < 8 * r.max()]])
+    return Sight(walls, views_of(np.concatenate(shown)), extent, top, largest_motion(frame))
 
 
 def _spacing(surface: Surface, low: Floats, high: Floats, size: float) -> float:
