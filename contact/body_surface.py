@@ -53,9 +53,16 @@ class BodySurface:
         self._boxes = np.empty((2 * len(self._leaves) - 3, 6))
         self._boxed = self._version = -1
 
-    def follow(self) -> float:
-        """Bring the surface to where the wall is; how far it has moved at most since the last time [m]."""
-        if self.wall is None or self._version == self.wall.version:
+    def follow(self, everywhere: bool = False) -> float:
+        """Bring the surface to where the wall is; how far it has moved at most since the last time [m].
+
+        Unless `everywhere`, it is where patches are wanted.
+        """
+        if self.wall is None:
+            return 0.0
+        if everywhere:
+            self.wall.follow_all()
+        if self._version == self.wall.version:
             return 0.0
         moved = self.wall.displacement_of_points()[self.first : self.first + len(self.places)]
         control = self.places + moved

@@ -47,7 +47,8 @@ class WallContact(DeviceContact):
 
     def detect(self) -> Constraints | None:
         """Tangent planes at the candidates about the present state, with the rows of the wall."""
-        self._drift += self.surface.follow()
+        # Points that are not followed know their gaps from the wall that was there when they were looked at.
+        self._drift += self.surface.follow(everywhere=self._searching and not self._followed.all())
         found = super().detect()
         wall = self.surface.wall
         if found is None or wall is None:
@@ -111,6 +112,7 @@ class WallContact(DeviceContact):
         if not rows.size:
             return
         if guess is None:
+            self._drift += self.surface.follow(everywhere=True)
             patch, place = self.surface.search(x)
         else:
             patch, place = self._patch[rows], self._place[rows]

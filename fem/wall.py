@@ -127,6 +127,7 @@ class Wall(Body):
         self.forces = np.zeros((len(self.places), 3))
         self._followed, self._place = np.empty(0, dtype=np.int64), np.full(len(self.places), -1)
         self._wanted = np.zeros(len(self.places), dtype=bool)
+        self._stale = True
         self._gathered = 0
         self._gathered_of: KeptColumns | None = None
         self._G = np.empty((0, 0))
@@ -181,7 +182,7 @@ class Wall(Body):
             self._keep(acting)
             columns = self._columns
             rows = 3 * columns.slot[acting][:, None] + np.arange(3)
-            increment = kernels.combine(columns.X, rows.ravel(), self.forces[acting].ravel())
+            increment = kernels.combine(columns.X, rows.ravel(), self.forces[acting].ravel(), self.space.owned)
             self._full = self.version, self._u + self.space.local(increment), self._moved_base + increment
         return self._full[1:]
 
@@ -195,22 +196,24 @@ class Wall(Body):
     def want(self, points: Ints) -> bool:
         """Follow these points too in this step; whether any is new."""
         self._wanted[points] = True
+        if self._place[points].min(initial=0) >= 0:
+            return False
         new = np.unique(points[self._place[points] < 0])
         if len(new):
             self._place[new] = len(self._followed) + np.arange(len(new))
             self._followed = np.append(self._followed, new)
             self.version += 1
-        return len(new) > 0
+        return True
 
     def displacement_of_points(self) -> Floats:
-        """Displacements of the points, (K, 3) [m]: of those wanted, of the others at the start of the step."""
+        """Displacements of the points, (K, 3) [m]: of those wanted, of the others when `follow_all` was last called."""
         if self._seen != self.version:
             shift, points = self._shift.copy(), self._followed
             moved = self._free_displacements[points]
             if self._acting.size:
                 rows = 3 * self._place[self._acting][:, None] + np.arange(3)
-                G = self._compliance()[:, : 3 * len(points)]
-                moved += kernels.combine(G, rows.ravel(), self.forces[self._acting].ravel()).reshape(-1, 3)
+                forces = self.forces[self._acting].ravel()
+                moved += kernels.combine(self._compliance(), rows.ravel(), forces, 3 * len(points)).reshape(-1, 3)
             shift[points] = moved
             self._shift, self._seen = shift, self.version
         return self._shift
@@ -222,20 +225,27 @@ class Wall(Body):
             self._base = self._u, self._points_of(self.owned(self._u)[None])[0]
         return self._base[1]
 
-    def _follow_all(self) -> None:
-        """Bring all points to where they are; of those followed only the ones wanted since the last time stay so."""
+    def follow_all(self) -> None:
+        """Bring all points to where they are, not only those wanted."""
+        if not self._stale:
+            return
         shift = self._free_displacements
         if self._acting.size:
             self._keep(self._acting)
             columns = self._columns
             shift = shift + kernels.displace(columns.C, columns.slot[self._acting], self.forces[self._acting])
-        self._shift = shift
+        self._shift, self._stale = shift, False
+        self.version += 1
+
+    def _forget(self) -> None:
+        """Of the points followed only those wanted since the last step, and those with forces, stay so."""
         if len(self._followed) > 1.5 * np.count_nonzero(self._wanted) + 50:
             self._followed = np.flatnonzero(self._wanted | self.forces.any(axis=1))
             self._place[:] = -1
             self._place[self._followed] = np.arange(len(self._followed))
             self._gathered = 0
         self._wanted[:] = False
+        self._stale = True
         self.version += 1
 
     def _compliance(self) -> Floats:
@@ -338,7 +348,7 @@ class Wall(Body):
 
     def begin(self, t: float, integrator: Integrator) -> None:
         """As a body; the points follow anew."""
-        self._follow_all()
+        self._forget()
         if not self._dynamics.density:
             integrator = Static()
         if not (self._steady and self._begun):

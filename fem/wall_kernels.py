@@ -17,16 +17,16 @@ BLOCK = 1024  # unknowns at a time: they stay in the cache while columns pass
 
 
 @njit(cache=True, error_model="numpy")
-def combine(columns: Floats, rows: Ints, factors: Floats) -> Floats:
-    """Σ_j factors[j] columns[rows[j]], (n), for columns (m, n)."""
-    n = columns.shape[1]
+def combine(columns: Floats, rows: Ints, factors: Floats, n: int) -> Floats:
+    """Σ_j factors[j] columns[rows[j], :n], (n), for columns (m, n or more)."""
     result = np.zeros(n)
     for start in range(0, n, BLOCK):
         stop = min(start + BLOCK, n)
+        part = result[start:stop]
         for j in range(len(rows)):
-            factor, column = factors[j], columns[rows[j]]
-            for i in range(start, stop):
-                result[i] += factor * column[i]
+            factor, column = factors[j], columns[rows[j], start:stop]
+            for i in range(len(part)):
+                part[i] += factor * column[i]
     return result
 
 
@@ -110,8 +110,9 @@ def delassus(G: Floats, place: Ints, points: Ints, shares: Floats, normals: Floa
             if share != 0.0:
                 row = 3 * place[points[i, k]]
                 f0, f1, f2 = share * normals[i, 0], share * normals[i, 1], share * normals[i, 2]
-                for m in range(3 * t):
-                    y[m] += f0 * G[row, m] + f1 * G[row + 1, m] + f2 * G[row + 2, m]
+                g0, g1, g2 = G[row, : 3 * t], G[row + 1, : 3 * t], G[row + 2, : 3 * t]
+                for m in range(len(y)):
+                    y[m] += f0 * g0[m] + f1 * g1[m] + f2 * g2[m]
         for j in range(i + 1):
             if used[j]:
                 total = 0.0
