@@ -185,6 +185,8 @@ class System:
         for pair in self.pairs:
             pair.begin()
         if lam is not None:
+            if not self.linear:
+                self.detect()  # the bodies have moved: curvature is that where they are
             self._stiffen(lam)
         self._factor()
 

@@ -2,46 +2,30 @@
 
 from __future__ import annotations
 
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import wall_examples
+from device_examples import run
+from mpi4py import MPI
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 from scipy.optimize import lsq_linear
+from wall_examples import RADIUS, pressed
 
 from contact.certificate import certify
 from contact.coupling import coupled
 from contact.wall_contact import WallContact
 from contact.wall_rows import WallRows
 from fem.wall import Wall
-from tests.contact.device_examples import run
 
 Floats = NDArray[np.float64]
-
-RADIUS = 5e-4
-
-
-def pressed(E: float, steps: int = 3, push: float = 0.03, load: float = 0.1, **changes: Any) -> dict[str, Any]:
-    """A wire that its weight presses on a block and that is pushed along; E = 0 for a rigid block."""
-    wire = {
-        "name": "wire",
-        "kind": "beam",
-        "sections": [{"length": 0.02, "elements": 20, "radius": RADIUS, "E": 2e9, "nu": 0.3, "density": 8000.0}],
-        "placement": {"start": [-0.01, 0.0002, 6e-4], "direction": [1.0, 0.0, 0.0]},
-        "supports": [{"at": "start", "hold": ["x", "y", "rx", "rz"], "push": f"{push!r} * t"}],
-        "loads": [{"kind": "line", "value": [0.0, 0.0, -load / 0.02]}],
-        "rayleigh": [20.0, 1e-3],
-    }
-    mesh = {"shape": "box", "size": [0.04, 0.012, 0.004], "origin": [-0.02, -0.006, -0.004], "n": [10, 4, 2]}
-    block = {"name": "block", "mesh": mesh | {"order": 2, "structured": True}, "supports": [{"tag": "bottom"}]}
-    block |= {"material": {"E": E, "nu": 0.3, "state": "3d"}} if E else {"kind": "rigid"}
-    surface = {"kind": "body", "body": "block", "tag": "top"}
-    return {
-        "body": [wire, block | changes],
-        "contact": [{"name": "wall", "body": "wire", "samples": 2, "surface": surface}],
-        "time": {"end": 0.01 * steps, "steps": steps, "integrator": "implicit-euler"},
-    }
 
 
 def test_action_is_reaction() -> None:
@@ -190,3 +174,25 @@ def test_rows_of_a_wall_are_their_matrix() -> None:
     part = rows.take(np.arange(5)).join([rows.blank(2)])
     assert part.sparse().shape == (7, H.shape[1])
     assert np.array_equal(part.touching(), np.append(rows.touching()[:5], [False, False]))
+
+
+def test_two_ranks() -> None:
+    """The wire on both ranks, the block shared out: what one rank gives, with the block's inertia and without."""
+    launcher = Path(sys.executable).parent / "mpiexec"
+    mpiexec = str(launcher) if launcher.exists() else shutil.which("mpiexec")
+    if mpiexec is None:
+        pytest.skip("no mpiexec")
+    done = subprocess.run(
+        [mpiexec, "-n", "2", sys.executable, wall_examples.__file__],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+        cwd=Path(__file__).parents[2],
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    two, one = json.loads(done.stdout), wall_examples.quantities(MPI.COMM_SELF)
+    assert one["0: force"] > 0
+    assert two.keys() == one.keys()
+    for name, value in one.items():
+        assert two[name] == pytest.approx(value, rel=1e-8, abs=1e-12), name
