@@ -56,7 +56,7 @@ def parser() -> Parser:
     study = commands.add_parser("study", help="error against run time: a table, pictures and a page")
     study.add_argument("cases", nargs="+", metavar="CASE")
     study.add_argument("--methods", metavar="M,…", help=f"of {', '.join(METHODS)} (default: all but kkt)")
-    study.add_argument("--levels", type=int, default=5, metavar="K", help="mesh sizes a case (default: 5)")
+    study.add_argument("--levels", type=int, default=5, metavar="K", help="mesh sizes a case, at most (default: 5)")
     study.add_argument("--jobs", type=int, default=1, metavar="J", help="processes at a time (default: 1)")
     study.add_argument("--repeat", type=int, default=3, metavar="R", help="timed runs each, at most (default: 3)")
     study.add_argument("--seed", type=int, default=0, metavar="S", help="of the order of the runs (default: 0)")

@@ -38,7 +38,8 @@ def command(arguments: argparse.Namespace, petsc_options: list[str]) -> int:
     comm, settings = MPI.COMM_WORLD, _settings(arguments, tuple(petsc_options))
     planned = chains(settings)
     folder = Path(arguments.output)
-    head = {"settings": settings.as_dict(), "machine": machine(), "versions": versions()}
+    meshes = {chain.label: list(chain.sizes) for chain in planned}
+    head = {"settings": {**settings.as_dict(), "meshes": meshes}, "machine": machine(), "versions": versions()}
     head = comm.bcast(on_root(comm, lambda: _begin(folder, head, settings, planned)))
     code = 0
     with pool.executor(arguments.jobs) as shared:

@@ -9,7 +9,7 @@ import numpy as np
 
 from runs.plot import COLOURS, MARKERS, new_figure
 from validation.study.plan import METHODS
-from validation.study.rates import FLOOR
+from validation.study.rates import FLOOR, slope
 from validation.study.tables import WITHIN, Row, Tables
 
 if TYPE_CHECKING:
@@ -23,9 +23,11 @@ def case_figure(found: Tables, case: str) -> Figure:
     """Errors of a case's quantities over the seconds of a run and over its unknowns, one row each.
 
     Second-order elements are filled and drawn through, first-order ones hollow and dashed. The dotted lines have the
-    slopes that the claimed rate gives with the growth of unknowns and seconds that was measured, or, without a claim,
-    the fitted one of the highest order.
+    slopes that the claimed rate gives with the measured growth of the unknowns, and of the seconds on the last three
+    meshes; without a claim, the fitted rate of the highest order does.
     """
+    from matplotlib.ticker import NullFormatter
+
     rows = _rows(found, case)
     names = _names(found, case, rows)
     figure = new_figure((10.0, 1.0 + 2.9 * len(names)))
@@ -51,6 +53,9 @@ def case_figure(found: Tables, case: str) -> Figure:
         for place in axes[:, 0]:
             if place.get_xlim()[0] < second < place.get_xlim()[1]:
                 place.axvline(second, color="0.8", linewidth=0.8, zorder=0)
+    for place in axes[-1]:
+        if place.get_xlim()[1] > 12 * place.get_xlim()[0]:
+            place.xaxis.set_minor_formatter(NullFormatter())
     axes[-1, 0].set_xlabel("time on one core [s]")
     axes[-1, 1].set_xlabel("unknowns [–]")
     handles = _handles(rows)
@@ -96,11 +101,11 @@ def _slopes(axes: Any, found: Tables, rows: list[Row], case: str, name: str, key
             continue
         p = rate["theory"] if rate["theory"] is not None else rate["rate"]
         exponent = None if p is None else p / rate["unknowns_over_h"]
-        if key == "total" and exponent is not None:
-            growth = rate["seconds_over_unknowns"]
-            exponent = exponent / growth if growth and growth > 0.2 else None
         mine = [r for r in rows if (r["method"], r["order"]) == (rate["method"], rate["order"])]
         mine = [r for r in mine if r["error"] and r[key] is not None][: rate["levels"]][-3:]
+        if key == "total" and exponent is not None:
+            growth = slope([r["unknowns"] for r in mine], [r["total"] for r in mine])
+            exponent = exponent / growth if growth > 0.2 else None
         if exponent is None or exponent > -0.1 or len(mine) < 2:
             continue
         x = np.array([mine[0][key], mine[-1][key]])

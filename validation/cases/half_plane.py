@@ -183,7 +183,7 @@ def _hertz_line_pair(run: Run) -> list[Quantity]:
     },
     levels=(1 / 20, 1 / 40, 1 / 80),
     studied=({"H": 3.0},),
-    study=(1 / 20, 1 / 30, 1 / 45, 1 / 70, 1 / 105),
+    study=(1 / 20, 1 / 40, 1 / 80, 1 / 160),
     rates={"pressure_error": {2: (1.0, 0.1)}, "displacement_error": {2: (2.0, 0.1)}},
 )  # fmt: skip
 def wavy(run: Run) -> list[Quantity]:

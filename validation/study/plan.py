@@ -21,7 +21,7 @@ class Settings:
 
     cases : names of the catalogue
     methods : names of `contact.solvers.METHODS`
-    levels : mesh sizes a case, from the coarsest
+    levels : mesh sizes a case, from the coarsest, at most
     repeats : timed runs each, at most
     seed : of the order in which chains are run
     limit : seconds of CPU that one run may take
@@ -85,17 +85,15 @@ def label(case: str, changes: Sequence[tuple[str, Parameter]]) -> str:
 def sizes(case: Case, parameters: dict[str, Parameter], levels: int) -> tuple[float, ...]:
     """The mesh sizes of a study, coarse to fine: one where the case has no mesh to choose, else `levels`.
 
-    They are the case's own for a study. Without any, a case with several levels goes through those, and one with a
-    single level begins `COARSER` times coarser. Where there are fewer than `levels`, the finest is halved again.
+    They are the case's own for a study, then no more than those. Without any, a case with several levels goes through
+    them, and one with a single level begins `COARSER` times coarser; the finest is halved until there are enough.
     """
-    given = case.study(parameters) if callable(case.study) else case.study
-    if not given:
-        if not case.levels:
-            return case.sizes(parameters)
-        given = case.sizes(parameters)
-        if len(given) == 1:
-            given = (COARSER * given[0],)
-    given = given[:levels]
+    own = case.study(parameters) if callable(case.study) else case.study
+    if own or not case.levels:
+        return own[:levels] or case.sizes(parameters)
+    given = case.sizes(parameters)[:levels]
+    if len(case.sizes(parameters)) == 1:
+        given = (COARSER * given[0],)
     return (*given, *(given[-1] / 2**k for k in range(1, levels - len(given) + 1)))
 
 

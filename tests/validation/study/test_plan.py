@@ -21,6 +21,7 @@ def test_sizes() -> None:
     assert levels("transition", 2) == [8, 16]
     assert levels("transition", 6) == [8, 16, 32, 64, 128, 256]
     assert levels("hertz-point", 5, model="3d") == pytest.approx([8, 11, 16, 22, 32])
+    assert levels("wavy", 6) == [20, 40, 80, 160]
     assert levels("two-bars", 5) == [1]
 
 
