@@ -24,8 +24,10 @@ from contact.mortar_kernel import integrate
 from contact.pairs import Constraints, Recorded, check_interference
 from contact.rows import Rows, SparseRows, owned_rows
 from fem.body import Body
+from fem.elasticity import Elasticity
 from fem.elements import quadrature
 from fem.loads import evaluate
+from fem.regions import Regions
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -300,11 +302,18 @@ def sides(first: Facets, second: Facets, choice: str) -> tuple[Facets, Facets]:
     """
     if choice != "auto":
         return (first, second) if choice == "body" else (second, first)
-    E = [float(np.mean(getattr(side.body.model, "E", np.inf))) for side in (first, second)]
+    E = [_modulus(side.body) for side in (first, second)]
     h = [float(side.areas().mean()) ** (1 / side.dim) for side in (first, second)]
     if np.isfinite(E).all() and max(h) > ALIKE * min(h):
         return (first, second) if h[0] < h[1] else (second, first)
     return (first, second) if E[0] <= E[1] else (second, first)
+
+
+def _modulus(body: Body) -> float:
+    """The least of the moduli of a body's materials; infinite of a rigid one."""
+    model: Any = body.model
+    laws = [law for law, _ in model.parts] if isinstance(model, Regions) else [model]
+    return min(law.E if isinstance(law, Elasticity) else np.inf for law in laws)
 
 
 def _largest(u: Floats) -> float:

@@ -13,6 +13,7 @@ from contact.mortar import MortarContact
 from contact.scene import Scene
 from contact.step import step
 from meshes.generators import generate
+from meshes.mesh import Mesh
 
 Floats = NDArray[np.float64]
 
@@ -111,16 +112,21 @@ def test_momentum_of_bodies_that_collide(sliding: str) -> None:
 
 def test_the_multiplier_side() -> None:
     """The finer side, or the softer one of two alike, carries the multipliers unless the scene says otherwise."""
-    for n, stiff, side, expected in [
-        ((2, 5), 1.0, "auto", "upper"),
-        ((5, 2), 1.0, "auto", "lower"),
-        ((4, 4), 100.0, "auto", "lower"),
-        ((5, 2), 1.0, "body", "upper"),
-        ((2, 5), 1.0, "other", "lower"),
+    layers = {"soft": {"E": E / 2, "nu": NU}, "hard": {"E": 100 * E, "nu": NU}}
+    for n, material, side, expected in [
+        ((2, 5), {"E": E, "nu": NU}, "auto", "upper"),
+        ((5, 2), {"E": E, "nu": NU}, "auto", "lower"),
+        ((4, 4), {"E": 100 * E, "nu": NU}, "auto", "lower"),
+        ((4, 4), {"regions": layers}, "auto", "upper"),
+        ((5, 2), {"E": E, "nu": NU}, "body", "upper"),
+        ((2, 5), {"E": E, "nu": NU}, "other", "lower"),
     ]:
         scene, _ = blocks(2, (1, 1), n, side=side)
-        scene["body"][0].pop("grading", None)
-        scene["body"][1]["material"] = {"E": E * stiff, "nu": NU, "state": "plane-strain"}
+        upper = scene["body"][1]
+        mesh, cells = upper["mesh"], len(upper["mesh"].cells)
+        regions = {"soft": np.arange(cells // 2), "hard": np.arange(cells // 2, cells)}
+        upper["mesh"] = Mesh(mesh.points, mesh.cells, mesh.facets, regions)
+        upper["material"] = {"state": "plane-strain", **material}
         system = prepared(**scene)
         (pair,) = system.pairs
         assert isinstance(pair, MortarContact)
