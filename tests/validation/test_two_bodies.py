@@ -75,6 +75,14 @@ def test_swapping_the_multiplier_side(name: str) -> None:
     assert abs(forces[0].computed - forces[1].computed) <= 4 * forces[0].tolerance * forces[0].exact
 
 
+def test_rate_of_the_shrink_fit() -> None:
+    """P2 facets follow the circle to fourth order, and so does the pressure; meshes coarse enough to overlap too."""
+    sizes = [1.0, 1 / 2, 1 / 4, 1 / 8]
+    errors = [solve("shrink-fit", h)[1]["pressure"].error for h in sizes]
+    assert fitted_rate(sizes[1:], errors[1:]) == pytest.approx(4.0, abs=0.3)
+    assert errors[0] < 0.05
+
+
 def test_rates_of_the_waves() -> None:
     """P2: the multiplier converges in L² as h, displacements as h²; the printed p̄, p(0) and gap in the valley."""
     sizes = [1 / 20, 1 / 40, 1 / 80]
