@@ -31,7 +31,7 @@ REASONS = {
     "-4": "not a number", "-5": "iterations or evaluations used up", "-6": "line search failed",
     "-7": "inner solve failed", "-8": "local minimum of the merit function", "-9": "diverged",
 }  # fmt: skip
-DPI = 120
+DPI = 100
 BENT = -1e-9  # an eigenvalue of W below it, of 1 on the diagonal, is not one of round-off
 
 

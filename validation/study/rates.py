@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -52,7 +52,7 @@ def above_floor(points: Iterable[Point], floor: float = FLOOR) -> list[Point]:
     return kept
 
 
-def settled(points: Sequence[Point]) -> list[tuple[Point, float]]:
+def settled(points: Sequence[Point]) -> list[Point]:
     """Each point with the largest error of its chain from its level on.
 
     An error that passes through zero on one mesh and is larger on the next was luck; it counts as the next one.
@@ -60,21 +60,21 @@ def settled(points: Sequence[Point]) -> list[tuple[Point, float]]:
     found = []
     for point in points:
         finer = [p.error for p in points if p.chain == point.chain and p.level >= point.level]
-        found.append((point, math.inf if any(math.isnan(e) for e in finer) else max(finer)))
+        found.append(replace(point, error=math.inf if any(map(math.isnan, finer)) else max(finer)))
     return found
 
 
 def cheapest(points: Sequence[Point], target: float) -> Point | None:
-    """The fastest run whose error is at most `target`, there and on all finer meshes of its chain; None if none is."""
-    good = [point for point, error in settled(points) if error <= target and math.isfinite(point.seconds)]
+    """The fastest run whose error, as `settled` counts it, is at most `target`; None if none is."""
+    good = [point for point in settled(points) if point.error <= target and math.isfinite(point.seconds)]
     return min(good, key=lambda p: (p.seconds, p.unknowns), default=None)
 
 
 def reached(points: Sequence[Point], seconds: float) -> Point | None:
-    """The run with the least error, as `cheapest` counts it, among those that take at most `seconds`; None if none.
+    """The run with the least error, as `settled` counts it, among those that take at most `seconds`; None if none.
 
     Of runs whose errors are the same to a hundredth, as those of several methods on one mesh are, the fastest.
     """
-    good = [(error, point) for point, error in settled(points) if point.seconds <= seconds and math.isfinite(error)]
-    least = min((error for error, _ in good), default=0.0)
-    return min((point for error, point in good if error <= 1.01 * least), key=lambda p: p.seconds, default=None)
+    good = [point for point in settled(points) if point.seconds <= seconds and math.isfinite(point.error)]
+    least = min((point.error for point in good), default=0.0)
+    return min((point for point in good if point.error <= 1.01 * least), key=lambda p: p.seconds, default=None)

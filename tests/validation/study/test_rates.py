@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -42,7 +43,7 @@ def test_cheapest_way() -> None:
     status = chain([1e-1, 1e-3, 1e-5], [0.1, 1.0, 10.0])
     lucky = chain([1e-1, 1e-6, 1e-2], [0.1, 0.2, 0.4], "lemke", 1)
     points = [*status, *lucky]
-    assert cheapest(points, 1e-2) == lucky[1]  # 1e-6 there, and no more than 1e-2 from there on
+    assert cheapest(points, 1e-2) == replace(lucky[1], error=1e-2)  # 1e-6 there, 1e-2 on the next mesh
     assert cheapest(points, 1e-3) == status[1]
     assert cheapest(points, 1e-5) == status[2]
     assert cheapest(points, 1e-6) is None
@@ -55,5 +56,6 @@ def test_reached_in_a_time() -> None:
     slower = chain([1e-1, 0.999e-3, 1e-5], [0.2, 0.9999, 9.0], "tao")
     assert reached([*status, *slower], 1.0) == slower[1]
     assert reached([*status, *slower], 10.0) == slower[2]
+    assert reached(chain([1e-6, 1e-2], [0.1, 1.0]), 1.0) == Point("status", 2, 0, 1.0, 1, 0.1, 1e-2)
     assert reached(status, 0.05) is None
     assert reached(chain([1e-3], [math.nan]), 1.0) is None
