@@ -72,25 +72,19 @@ def certify(
     """
     present = present or lin
     contact_forces = [(body, present.free[body].apply_transpose(lam)) for body in system.bodies]
-    rows, size = lin.moving, system.size
-    gaps = system.gaps()
-    delta, free, lam = gaps[rows], free_gaps[rows], lam[rows]
-    active = np.flatnonzero(lam)  # a force below zero is an error, not an open contact
-    moved = np.abs(delta[active] - free[active]).max(initial=0.0)
-    length = max(float(-np.minimum(free, delta).min(initial=0.0)), float(moved), ROUNDING * size)
-    pull = np.zeros(len(rows))
-    if active.size:
-        forces = lam[active]
-        W_ii = lin.W.diagonal(np.searchsorted(lin.rows, rows[active]))
-        pull[active] = np.maximum(W_ii, length / np.abs(forces).max()) * forces
-    complementarity = float(np.abs(np.minimum(pull, delta)).max(initial=0.0)) / length
-    # A method that stops inside λ > 0 leaves forces of round-off on open gaps; complementarity counts those.
+    gaps, movable = system.gaps(), lin.movable
     relative = gaps / present.length
-    closed = rows[np.abs(pull) > LOADED * length]
+    lowest = min(gaps.min(initial=0.0, where=movable), 0.0)
+    active = np.flatnonzero(lam * movable)  # a force below zero is an error, not an open contact
+    delta, forces, surface_error = gaps[active], lam[active], 0.0
+    moved = np.abs(delta - free_gaps[active]).max(initial=0.0)
+    length = float(max(-lowest, -free_gaps.min(initial=0.0, where=movable), moved, ROUNDING * system.size))
+    complementarity = -float(lowest)
+    if active.size:
+        W_ii = lin.W.diagonal(np.searchsorted(lin.rows, active))
+        pull = np.maximum(W_ii, length / np.abs(forces).max()) * forces
+        complementarity = max(complementarity, float(np.abs(np.minimum(pull, delta)).max()))
+        # A method that stops inside λ > 0 leaves forces of round-off on open gaps; complementarity counts those.
+        surface_error = float(np.abs(relative[active]).max(initial=0.0, where=np.abs(pull) > LOADED * length))
     equilibrium = max((body.imbalance(forces) for body, forces in contact_forces), default=0.0)
-    return Certificate(
-        complementarity,
-        equilibrium,
-        float(np.abs(relative[closed]).max(initial=0.0)),
-        float(-relative.min(initial=0.0)),
-    )
+    return Certificate(complementarity / length, equilibrium, surface_error, -float(relative.min(initial=0.0)))

@@ -10,11 +10,25 @@ output : writing the record
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from time import perf_counter
 
 PHASES = ("assemble", "factor", "detect", "delassus", "solve", "output")
+
+
+class _Phase:
+    """A context that charges its time to one phase; it may be entered again while it lasts."""
+
+    __slots__ = ("_clock", "_name")
+
+    def __init__(self, clock: Clock, name: str) -> None:
+        self._clock, self._name = clock, name
+
+    def __enter__(self) -> None:
+        self._clock.enter(self._name)
+
+    def __exit__(self, *error: object) -> None:
+        self._clock.leave()
 
 
 class Clock:
@@ -25,20 +39,24 @@ class Clock:
 
     def __init__(self, now: Callable[[], float] | None = None) -> None:
         self.seconds = dict.fromkeys(PHASES, 0.0)
+        self._phases = {phase: _Phase(self, phase) for phase in PHASES}
         self._running: list[str] = []
         self._now = now or perf_counter
         self._since = self._start = self._now()
 
-    @contextmanager
-    def __call__(self, phase: str) -> Iterator[None]:
+    def __call__(self, phase: str) -> _Phase:
         """Count the time of the ``with`` block as `phase`."""
+        return self._phases[phase]
+
+    def enter(self, phase: str) -> None:
+        """A phase begins."""
         self._charge()
         self._running.append(phase)
-        try:
-            yield
-        finally:
-            self._charge()
-            self._running.pop()
+
+    def leave(self) -> None:
+        """The last one that began ends."""
+        self._charge()
+        self._running.pop()
 
     def _charge(self) -> None:
         now = self._now()

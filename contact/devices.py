@@ -51,7 +51,7 @@ class DeviceContact:
         self.places = self._points(body.start, body.start_frames)
         self.areas = np.zeros(self.count)
         self._length = float(self.radius.max()) or body.size
-        self._rounding = 1e-9 * self._length
+        self._nothing, self._outside = np.zeros(self.count), -2 * self.radius
         self._first = 6 * self.elements
         self.accepted = self.at = self.places
         self.candidates = np.zeros(self.count, dtype=bool)
@@ -93,11 +93,11 @@ class DeviceContact:
             self.candidates = self.known <= margin
         elif self._fresh:
             self.at = at
-            self._look(self.candidates | (self._bound() <= 0), np.zeros(self.count))
+            self._look(self.candidates | (self._bound() <= 0), self._nothing)
             self.candidates |= self.known <= 0
-            lost = np.flatnonzero(self.known < -2 * self.radius)
-            if lost.size:  # far outside the closest wall may be another one
-                self._first_met(lost, at)
+            outside = self.known < self._outside
+            if outside.any():  # the closest wall may be another one
+                self._first_met(np.flatnonzero(outside), at)
         elif not self._meet():
             return None
         self._searching = self._fresh = False
@@ -149,36 +149,34 @@ class DeviceContact:
             self.seen[rows] = self.at[rows]
             near = rows[self.known[rows] <= reach[rows]]
             self._find(near, self.at[near], None)
-            self._followed[near] = True
 
     def _follow(self, rows: Ints) -> None:
         """Closest points from those of before, moved along; a gap can change by no more than the point has moved."""
-        if not rows.size:
-            return
-        x, guess, way = device_kernels.moved(rows, self.at, self.seen, self.foot.point)
-        before = self.known[rows]
-        self._find(rows, x, guess)
-        now = self.known[rows]
-        lost = np.abs(now - before) > way + self._slack(rows)
-        if lost.any():
+        x, guess = device_kernels.moved_along(rows, self.at, self.seen, self.foot)
+        lost = self._find(rows, x, guess)
+        if lost.size:
             self._find(rows[lost], x[lost], None)
-        far = now > 4 * self._length
-        if far.any():
-            self._followed[rows[far]] = False
 
-    def _slack(self, rows: Ints) -> Floats | float:
+    def _find(self, rows: Ints, x: Floats, guess: Floats | None) -> Ints:
+        """Look for the closest points of some points at x; which of those changed their gaps more than they can."""
+        return self._settle(rows, x, nearest(self.surface, x, guess)) if rows.size else rows
+
+    def _settle(self, rows: Ints, x: Floats, found: Foot) -> Ints:
+        """Take closest points that were found; which of the points changed their gaps more than they can."""
+        lost: Ints = device_kernels.settle(
+            rows, x, found, self.radius, self.foot, self.known, self.seen, self._followed, self._slack(rows),
+            4 * self._length,
+        )  # fmt: skip
+        return lost
+
+    def _slack(self, rows: Ints) -> Floats:
         """How much gaps may have changed without a motion of the points: by round-off."""
-        return self._rounding
-
-    def _find(self, rows: Ints, x: Floats, guess: Floats | None) -> None:
-        """The closest points of some points at x."""
-        if rows.size:
-            found = nearest(self.surface, x, guess)
-            device_kernels.settle(rows, x, found, self.radius, self.foot, self.known, self.seen)
+        return np.full(len(rows), 1e-9 * self._length)
 
     def gaps(self) -> Floats:
         """True gaps of the candidates, and what those of the others are at least, (c) [m]."""
-        return np.where(self.candidates, self.known, self._bound())
+        gaps: Floats = device_kernels.gaps(self.candidates, self.known, self.at, self.seen)
+        return gaps
 
     # --- the step -------------------------------------------------------------------------------------------------
 

@@ -51,7 +51,8 @@ class ElementRows(Solved):
 
     def touching(self) -> Bools:
         """Rows that are not zero."""
-        return np.asarray(self.values.any(axis=1))
+        found: Bools = row_kernels.touching(self.values)
+        return found
 
     def blank(self, count: int) -> ElementRows:
         """Rows of zeros."""

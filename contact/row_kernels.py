@@ -74,6 +74,18 @@ def without(values: Floats, first: Ints, free: NDArray[np.bool_]) -> Floats:
 
 
 @njit(cache=True)
+def touching(values: Floats) -> NDArray[np.bool_]:
+    """Rows that are not zero, (c)."""
+    result = np.zeros(len(values), dtype=np.bool_)
+    for i in range(len(values)):
+        for k in range(values.shape[1]):
+            if values[i, k] != 0.0:
+                result[i] = True
+                break
+    return result
+
+
+@njit(cache=True)
 def _tangential(C: Floats) -> tuple[float, float]:
     """The eigenvalues a ≤ b of a symmetric matrix (3, 3) in its plane, the third being zero."""
     trace = C[0, 0] + C[1, 1] + C[2, 2]

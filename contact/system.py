@@ -127,11 +127,6 @@ class Linearisation:
             return np.array(lengths[0])
         return np.concatenate([np.empty(0), *[np.full(part.count, part.length) for part in self.constraints]])
 
-    @cached_property
-    def moving(self) -> Ints:
-        """The constraints that some unknown can move."""
-        return np.flatnonzero(self.movable)
-
 
 class System:
     """Bodies, and the pairs of things that may touch.

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from contact import device_kernels
 from contact.body_surface import BodySurface
 from contact.coupling import Coupling
 from contact.detection import first_root
@@ -98,7 +97,7 @@ class WallContact(DeviceContact):
 
     def _slack(self, rows: Ints) -> Floats:
         """How much gaps may have changed without a motion of the points."""
-        slack: Floats = self._rounding + self._drift[rows]
+        slack: Floats = super()._slack(rows) + self._drift[rows]
         return slack
 
     def _look(self, chosen: Bools, reach: Floats) -> None:
@@ -107,10 +106,10 @@ class WallContact(DeviceContact):
         self._drift[chosen] = 0.0
         self.candidates &= ~self._beyond
 
-    def _find(self, rows: Ints, x: Floats, guess: Floats | None) -> None:
+    def _find(self, rows: Ints, x: Floats, guess: Floats | None) -> Ints:
         """The closest points of some points at x, on from their last patches; anew where there is no guess."""
         if not rows.size:
-            return
+            return rows
         if guess is None:
             self._drift += self.surface.follow(everywhere=True)
             patch, place = self.surface.search(x)
@@ -126,7 +125,7 @@ class WallContact(DeviceContact):
         found.distance[rim] = np.maximum(found.distance[rim], (1 + MARGIN) * self.radius[rows[rim]] * (1 + 1e-12))
         self._patch[rows], self._place[rows] = patch, place
         self._shares[rows], self._beyond[rows] = shares, rim
-        device_kernels.settle(rows, x, found, self.radius, self.foot, self.known, self.seen)
+        return self._settle(rows, x, found)
 
     def _first_met(self, rows: Ints, end: Floats) -> None:
         """Give points the planes where their ways from the last accepted state to `end` first meet the wall."""

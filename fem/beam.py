@@ -88,6 +88,7 @@ class Beam:
         # Moments are measured against forces by an element's length.
         self._reach = float(radius.max()) or float(data.length.max())
         self._unit = np.tile(np.repeat([1.0, 1 / float(data.length.mean())], 3), n)
+        self._least = _least(data)
         if inertia is None:
             self._check_held()
 
@@ -218,7 +219,7 @@ class Beam:
         inertia = self.inertia
         assert inertia is not None
         b, data = inertia.rayleigh[1], self.data
-        self._J = (self.R * inertia.rotary[:, None, :]) @ np.swapaxes(self.R, 1, 2)
+        self._J = nodal_kernels.spatial_inertia(self.R, inertia.rotary)
         gamma, psi = kernels.strains(self.edges, self.R)
         self._stress = np.hstack([data.axial * (gamma - data.chord), data.bending * (psi - data.twist)])
         if b:
@@ -231,6 +232,7 @@ class Beam:
                 axial=(1 + rate) * data.axial,
                 bending=(1 + rate) * data.bending,
             )
+            self._least = _least(self._damped)
 
     def _load(self, t: float) -> None:
         f = np.zeros((self.space.nodes, 6))
@@ -283,9 +285,10 @@ class Beam:
 
     def free_motion(self, contact: Floats | None = None) -> None:
         """u = A⁻¹ (f_ext − f_int − inertia + contact), the increment without new contact forces."""
-        rest = self.residual()
+        inner, outer = self._balance()
+        rest = outer - inner
         if contact is not None:
-            rest = rest + np.where(self.fixed, 0.0, contact)
+            rest += contact
         self.u = self.solve(rest[:, None])[:, 0]
 
     def add(self, increment: Floats) -> None:
@@ -298,8 +301,8 @@ class Beam:
         Where the linearisation would turn or shift a node further than it holds, all move by a part of it.
         """
         d = (self.u + increment).reshape(-1, 6)
-        largest = np.abs(d).max(axis=0)
-        excess = max(float(largest[3:].max()) / TURN, float(largest[:3].max()) / (SHIFT * self._reach))
+        shift, turn = nodal_kernels.furthest(d)
+        excess = max(turn / TURN, shift / (SHIFT * self._reach))
         self._shift(d if excess <= 1 else d / excess)
 
     def _shift(self, d: Floats) -> None:
@@ -362,9 +365,7 @@ class Beam:
         """‖f_int + inertia − f_ext − Hᵀλ‖ over the sum of the norms; moments count over an element's length."""
         inner, outer = self._balance()
         norms = nodal_kernels.norms(inner, outer, contact, self.fixed, self._unit)
-        # A residual of 1e-8 of this is a strain of 1e-15, the round-off of strains.
-        least = 1e-7 * float((self._damped.axial[:, 0] * self.data.length).max())
-        ratio = float(norms[0] / max(norms[1:].sum(), least))
+        ratio = float(norms[0] / max(norms[1] + norms[2] + norms[3], self._least))
         return ratio if np.isfinite(ratio) else 1.0
 
     def reactions(self) -> Floats:
@@ -406,3 +407,8 @@ class Beam:
 
     def __exit__(self, *error: object) -> None:
         self.close()
+
+
+def _least(data: BeamData) -> float:
+    """The least force that an imbalance is measured by: 1e-8 of it is a strain of 1e-15, the round-off of strains."""
+    return 1e-7 * float((data.axial[:, 0] * data.length).max())

@@ -34,7 +34,7 @@ class Chain:
 
     def __init__(self, fixed: Bools) -> None:
         nodes = len(fixed) // 6
-        self.fixed = fixed
+        self.fixed, self._held = fixed, np.flatnonzero(fixed)
         self._inverse, self._ratio = np.empty((nodes, 6, 6)), np.empty((nodes - 1, 6, 6))
         self._diagonal, self._upper = self._inverse, self._ratio
 
@@ -53,7 +53,8 @@ class Chain:
 
     def solve(self, B: Floats) -> Floats:
         """A⁻¹ B, (6 N, k), zero at prescribed unknowns."""
-        X = np.ascontiguousarray(np.where(self.fixed[:, None], 0.0, B).T)
+        X = np.array(B.T, order="C")
+        X[:, self._held] = 0.0
         chain_kernels.solve(self._inverse, self._ratio, X)
         return X.T
 

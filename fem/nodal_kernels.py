@@ -44,6 +44,30 @@ def add_inertia_forces(
 
 
 @njit(cache=True, error_model="numpy")
+def spatial_inertia(R: Floats, rotary: Floats) -> Floats:
+    """R diag(rotary) Rᵀ of each node, (N, 3, 3), from moments about the node's axes (N, 3)."""
+    J = np.empty_like(R)
+    for i in range(len(R)):
+        for a in range(3):
+            for b in range(3):
+                total = 0.0
+                for k in range(3):
+                    total += R[i, a, k] * rotary[i, k] * R[i, b, k]
+                J[i, a, b] = total
+    return J
+
+
+@njit(cache=True, error_model="numpy")
+def furthest(d: Floats) -> tuple[float, float]:
+    """The largest components of displacements and of rotations d (N, 6)."""
+    shift = turn = 0.0
+    for i in range(len(d)):
+        for a in range(3):
+            shift, turn = max(shift, abs(d[i, a])), max(turn, abs(d[i, 3 + a]))
+    return shift, turn
+
+
+@njit(cache=True, error_model="numpy")
 def add_line_moments(f: Floats, R: Floats, length: Floats, line: Floats) -> None:
     """Add ℓ²/12 (t₁ × q, −t₂ × q) to the moments of f (N, 6), for line loads q (N − 1, 3)."""
     for i in range(len(length)):

@@ -1,13 +1,14 @@
-"""The two loops that whole-array numpy cannot express, compiled."""
+"""The loops of active sets that whole-array numpy cannot express, compiled."""
 
 from __future__ import annotations
 
 import numpy as np
 from numba import njit
 
-from contact.solvers.problem import Floats, Ints
+from contact.solvers.problem import Bools, Floats, Ints
 
 DONE, WANTED, INFEASIBLE, STALLED = 0, 1, 2, 3
+DEPENDENT, GUESS = 4, 5
 # A pivot above this part of its diagonal entry is no rounding.
 SURE = 1e-5
 _MATHS = {"reassoc", "contract", "nnan", "nsz"}
@@ -48,6 +49,130 @@ def solve_upper(U: Floats, n: int, b: Floats) -> None:
         for i in range(j + 1, n):
             total -= U[j, i] * b[i]
         b[j] = total / U[j, j]
+
+
+@njit(cache=True, fastmath=_MATHS)
+def cholesky(W: Floats, rows: Ints, n: int, pivot: float, U: Floats) -> bool:
+    """U ← the upper factor of W on the first n of `rows`; False where a pivot is below `pivot` times its entry of W."""
+    for k in range(n):
+        row, u = W[rows[k]], U[k]
+        for i in range(k, n):
+            u[i] = row[rows[i]]
+        # Four rows at a time: that loads and stores a quarter as often.
+        j = 0
+        while j + 4 <= k:
+            a0, a1, a2, a3 = U[j, k], U[j + 1, k], U[j + 2, k], U[j + 3, k]
+            u0, u1, u2, u3 = U[j], U[j + 1], U[j + 2], U[j + 3]
+            for i in range(k, n):
+                u[i] -= a0 * u0[i] + a1 * u1[i] + a2 * u2[i] + a3 * u3[i]
+            j += 4
+        for m in range(j, k):
+            a0, u0 = U[m, k], U[m]
+            for i in range(k, n):
+                u[i] -= a0 * u0[i]
+        if not u[k] > pivot * row[rows[k]]:
+            return False
+        root = np.sqrt(u[k])
+        for i in range(k, n):
+            u[i] /= root
+    return True
+
+
+@njit(cache=True, fastmath=_MATHS)
+def _hold(W: Floats, wanted: Bools, order: Ints, n: int, pivot: float, U: Floats) -> int:
+    """The number of rows `wanted`, in `order`, whose factor U holds; −1 where they depend on one another."""
+    count, same = 0, True
+    for i in range(len(wanted)):
+        count += wanted[i]
+    for i in range(n):
+        same = same and wanted[order[i]]
+    if same and count == n:
+        return n
+    n = 0
+    for i in range(len(wanted)):
+        if wanted[i]:
+            order[n] = i
+            n += 1
+    return n if cholesky(W, order, n, pivot, U) else -1
+
+
+@njit(cache=True, fastmath=_MATHS)
+def _gaps(W: Floats, q: Floats, lam: Floats, delta: Floats) -> float:
+    """δ ← Wλ + q, and ℓ of `certificate.length`."""
+    delta[:] = q
+    for i in range(len(q)):
+        x, row = lam[i], W[i]
+        if x != 0.0:
+            for j in range(len(q)):
+                delta[j] += x * row[j]
+    length, most = 0.0, 0.0
+    for i in range(len(q)):
+        length = max(length, -q[i], abs(delta[i] - q[i]))
+        most = max(most, abs(q[i]))
+    if length > 0.0:
+        return length
+    return most if most > 0.0 else 1.0
+
+
+@njit(cache=True, fastmath=_MATHS)
+def block_steps(
+    W: Floats,
+    q: Floats,
+    start: Floats,
+    lam: Floats,
+    delta: Floats,
+    order: Ints,
+    U: Floats,
+    state: Ints,
+    tolerance: float,
+    pivot: float,
+    limit: int,
+) -> int:
+    """λ ≥ 0 on independent rows with its gaps: the solution, or else a guess for `ratio_tested`.
+
+    The rows where `start` is positive are the first active ones. All rows with a negative multiplier leave and all
+    violated ones enter at once, up to `limit` times (a primal-dual active set); where that does not end at a λ ≥ 0, the
+    guess is `start`.
+
+    Parameters
+    ----------
+    lam, delta : (c), overwritten
+    order, U, state : the state[0] active rows and the upper factor of W on them, of the last call with the same W;
+        overwritten
+
+    Returns
+    -------
+    DONE where the residual is within `tolerance`, GUESS, or DEPENDENT where the rows of `start` are.
+    """
+    c = len(q)
+    wanted = start > 0.0
+    x = np.empty(c)
+    for _ in range(limit):
+        state[0] = n = _hold(W, wanted, order, state[0], pivot, U)
+        if n <= 0:
+            break
+        for i in range(n):
+            x[i] = -q[order[i]]
+        solve_transposed(U, n, x)
+        solve_upper(U, n, x)
+        lam[:] = 0.0
+        feasible = True
+        for i in range(n):
+            lam[order[i]] = x[i]
+            feasible = feasible and x[i] > 0.0
+        small = tolerance * _gaps(W, q, lam, delta)
+        solved = feasible
+        for i in range(c):
+            solved = solved and delta[i] >= -small and (lam[i] == 0.0 or delta[i] <= small)
+            wanted[i] = lam[i] > 0.0 or (lam[i] == 0.0 and delta[i] < -small)
+        if solved:
+            return DONE
+        if feasible:
+            return GUESS
+    state[0] = _hold(W, start > 0.0, order, max(state[0], 0), pivot, U)
+    lam[:] = start
+    _gaps(W, q, lam, delta)
+    return GUESS if state[0] >= 0 else DEPENDENT
 
 
 @njit(cache=True, fastmath=_MATHS)

@@ -26,24 +26,38 @@ def test_bounds() -> None:
     np.testing.assert_allclose(device_kernels.bounds(known, at, seen), expected, rtol=1e-14)
 
 
-def test_moved() -> None:
-    """Places, feet moved along and ways of some points."""
-    (at, seen, point), rows = RNG.normal(size=(3, C, 3)), np.array([1, 4, 5, 8])
-    x, guess, way = device_kernels.moved(rows, at, seen, point)
+def test_gaps() -> None:
+    """Those of candidates are known, the others fall by no more than their points have moved."""
+    candidates, known, (at, seen) = RNG.random(C) < 0.5, RNG.normal(size=C), RNG.normal(size=(2, C, 3))
+    expected = np.where(candidates, known, known - np.linalg.norm(at - seen, axis=1))
+    np.testing.assert_allclose(device_kernels.gaps(candidates, known, at, seen), expected, rtol=1e-14)
+
+
+def test_moved_along() -> None:
+    """Places, and feet by ∂y = I − n nᵀ − d ∇²d."""
+    (at, seen), foot, rows = RNG.normal(size=(2, C, 3)), feet(C), np.array([1, 4, 5, 8])
+    motion, n = (at - seen)[rows], foot.normal[rows]
+    turn = np.eye(3) - n[:, :, None] * n[:, None, :] - foot.distance[rows, None, None] * foot.curvature[rows]
+    x, guess = device_kernels.moved_along(rows, at, seen, foot)
     np.testing.assert_array_equal(x, at[rows])
-    np.testing.assert_allclose(guess, (point + at - seen)[rows], rtol=1e-14)
-    np.testing.assert_allclose(way, np.linalg.norm((at - seen)[rows], axis=1), rtol=1e-14)
+    np.testing.assert_allclose(guess, foot.point[rows] + (turn @ motion[:, :, None])[:, :, 0], rtol=1e-13)
 
 
 def test_settle() -> None:
-    """What is found for some points is written there, and nowhere else."""
+    """What is found for some points is written there, and nowhere else; gaps that change too much are told."""
     rows, x, radius = np.array([0, 3, 7]), RNG.normal(size=(3, 3)), RNG.uniform(size=C)
     all_feet, found, known, seen = feet(C), feet(3), RNG.normal(size=C), RNG.normal(size=(C, 3))
-    expected = [part.copy() for part in (*all_feet, known, seen)]
-    for part, new in zip(expected, (*found, found.distance - radius[rows], x), strict=True):
+    gaps, way = found.distance - radius[rows], np.linalg.norm(x - seen[rows], axis=1)
+    slack = np.array([0.1, 0.2, 0.3])
+    known[3] = gaps[1] + way[1] + 0.3
+    expected = [part.copy() for part in (*all_feet, known, seen, np.ones(C, dtype=bool))]
+    for part, new in zip(expected, (*found, gaps, x, gaps <= 0.2), strict=True):
         part[rows] = new
-    device_kernels.settle(rows, x, found, radius, all_feet, known, seen)
-    for part, wanted in zip((*all_feet, known, seen), expected, strict=True):
+    jumped, followed = np.flatnonzero(np.abs(gaps - known[rows]) > way + slack), np.ones(C, dtype=bool)
+    assert 1 in jumped
+    lost = device_kernels.settle(rows, x, found, radius, all_feet, known, seen, followed, slack, 0.2)
+    np.testing.assert_array_equal(lost, jumped)
+    for part, wanted in zip((*all_feet, known, seen, followed), expected, strict=True):
         np.testing.assert_array_equal(part, wanted)
 
 

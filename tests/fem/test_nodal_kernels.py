@@ -40,3 +40,18 @@ def test_norms() -> None:
     rest = np.where(fixed, 0.0, inner - outer - contact)
     expected = [np.linalg.norm(unit * f) for f in (rest, inner, outer, contact)]
     np.testing.assert_allclose(nodal_kernels.norms(inner, outer, contact, fixed, unit), expected, rtol=1e-14)
+
+
+def test_spatial_inertia() -> None:
+    """R diag(rotary) Rᵀ of each node."""
+    R, rotary = RNG.normal(size=(N, 3, 3)), RNG.uniform(size=(N, 3))
+    expected = np.einsum("nik,nk,njk->nij", R, rotary, R)
+    np.testing.assert_allclose(nodal_kernels.spatial_inertia(R, rotary), expected, rtol=1e-13, atol=1e-14)
+
+
+def test_furthest() -> None:
+    """The largest components, of either sign."""
+    d = RNG.normal(size=(N, 6))
+    expected = np.abs(d[:, :3]).max(), np.abs(d[:, 3:]).max()
+    assert nodal_kernels.furthest(d) == expected
+    assert nodal_kernels.furthest(-d) == expected

@@ -106,3 +106,48 @@ def test_gauss_seidel_sweeps_are_the_plain_version_s():
         for i in range(len(q)):
             plain[i] = max(0.0, plain[i] - (q[i] + W[i] @ plain) / W[i, i])
     assert np.allclose(lam, plain, rtol=1e-13, atol=1e-15)
+
+
+def block_steps(W, q, start, limit):
+    """λ of `kernels.block_steps` with a new solve at each step, and whether it is the solution."""
+    active = np.flatnonzero(start > 0)
+    for _ in range(limit):
+        lam = np.zeros_like(q)
+        lam[active] = np.linalg.solve(W[np.ix_(active, active)], -q[active])
+        delta = W @ lam + q
+        violated = delta < -1e-12 * np.abs(delta).max()
+        violated[active] = False
+        if (lam[active] > 0).all():
+            return lam, not violated.any()
+        active = np.flatnonzero((lam > 0) | violated)
+    return start, False
+
+
+@pytest.mark.parametrize("make", [well_posed, lambda: family("beam", 50)], ids=["rand", "beam"])
+@pytest.mark.parametrize("changes", [0, 1, 5, 20])
+def test_block_steps_visit_the_plain_version_s_sets(make, changes):
+    W, q = make()
+    c, exact = len(q), ratio_tested(*make())[0]
+    start, rng = exact.copy(), np.random.default_rng(changes)
+    rows = rng.choice(c, changes, replace=False)
+    start[rows] = np.where(start[rows] > 0, 0.0, exact.max())
+    lam, delta, order, U, state = np.empty(c), np.empty(c), np.empty(c, np.int64), np.empty((c, c)), np.zeros(4, int)
+    for _ in range(2):  # from nothing, and from the factor that it left
+        verdict = kernels.block_steps(W, q, start, lam, delta, order, U, state, 1e-10, 1e-13, 3)
+        expected, solved = block_steps(W, q, start, 3)
+        assert verdict == (kernels.DONE if solved else kernels.GUESS)
+        np.testing.assert_allclose(lam, expected, rtol=1e-8, atol=1e-9 * exact.max())
+        np.testing.assert_allclose(delta, W @ lam + q, rtol=0, atol=1e-11 * np.abs(W @ lam).max())
+        active = order[: state[0]]
+        np.testing.assert_array_equal(np.sort(active), np.flatnonzero(lam))
+        factor = np.triu(U[: len(active), : len(active)])
+        np.testing.assert_allclose(factor.T @ factor, W[np.ix_(active, active)], rtol=1e-12)
+    assert solved or changes > 0
+
+
+def test_dependent_rows_are_named():
+    W = np.ones((3, 3)) + np.diag([0.0, 0.0, 1.0])
+    found = np.empty(3), np.empty(3), np.empty(3, np.int64), np.empty((3, 3)), np.zeros(4, int)
+    q = -np.ones(3)
+    assert kernels.block_steps(W, q, np.array([1.0, 1, 0]), *found, 1e-12, 1e-13, 3) == kernels.DEPENDENT
+    assert kernels.block_steps(W, q, np.array([1.0, 0, 1]), *found, 1e-12, 1e-13, 3) != kernels.DEPENDENT
