@@ -1,6 +1,6 @@
 """Seconds per phase of a step.
 
-assemble : meshes to matrices and forces, the certificate and what the step does between its phases included
+assemble : all of a step that is none of the others: meshes to matrices and forces, the certificate
 factor : A's factorisation, and the two solves with it that every step needs (free and corrective motion)
 detect : gaps, normals, rows of H, the distances of the certificate included
 delassus : solves on columns of Hᵀ

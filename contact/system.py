@@ -26,6 +26,7 @@ from fem.integrators import Integrator, Static
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+REACH = 4.0  # a constraint that many changes of gaps away stays out of the contact problem
 STEADY = 0.5  # a pass that leaves more than this part of the residual wants columns of its own
 
 
@@ -109,6 +110,18 @@ class Linearisation:
         if missing.any():
             self.rows = np.union1d(self.rows, np.flatnonzero(missing))
 
+    def narrow(self, gaps: Floats) -> None:
+        """Leave out of the contact problem what its forces will not bring to the wall, by the `gaps` before them.
+
+        They close the gaps of the constraints that carried force and open those that are violated; others are as far
+        away as a few times that. What is missed all the same is violated, and in the problem, a pass later.
+        """
+        if self.base is None or "W" in self.__dict__:
+            return
+        gaps, carrying = gaps[self.rows], self.base[self.rows] > 0
+        change = np.abs(gaps).max(initial=0.0, where=carrying | (gaps < 0))
+        self.rows = self.rows[carrying | (gaps <= REACH * change)]
+
     def full(self, values: Floats, rest: float = 0.0) -> Floats:
         """Values of all constraints from those of the rows in the problem, `rest` elsewhere."""
         result = np.full(len(self.offset), rest)
@@ -174,9 +187,8 @@ class System:
         """
         integrator = self.integrator(dt)
         self._mixing = Mixing(self.comm, self.bodies)
-        with self.clock("assemble"):
-            for body in self.bodies:
-                body.begin(t, integrator)
+        for body in self.bodies:
+            body.begin(t, integrator)
         for pair in self.pairs:
             pair.begin()
         if lam is not None:
@@ -187,9 +199,8 @@ class System:
 
     def _factor(self) -> None:
         """A of each body and its factor, where they are not those of the present state already."""
-        with self.clock("assemble"):
-            for body in self.bodies:
-                body.assemble()
+        for body in self.bodies:
+            body.assemble()
         with self.clock("factor"):
             try:
                 for body in self.bodies:
@@ -305,7 +316,7 @@ class System:
             self._coupling = joined(parts)
 
     def _linearise(self, parts: list[Constraints]) -> Linearisation:
-        offset = np.concatenate([np.empty(0), *[part.offset for part in parts]]) if len(parts) != 1 else parts[0].offset
+        offset = _stacked([part.offset for part in parts])
         H = {body: _join(body, parts) for body in self.bodies}
         free = {body: h.without(body.fixed) for body, h in H.items()}
         movable = np.zeros(len(offset), dtype=bool)
@@ -313,9 +324,7 @@ class System:
             movable |= total(body.comm, h.touching().astype(float)) > 0
         met = movable & np.isfinite(offset)
         close = [np.ones(part.count, dtype=bool) if part.close is None else part.close for part in parts]
-        rows = np.flatnonzero(
-            met & (close[0] if len(close) == 1 else np.concatenate([np.empty(0, dtype=bool), *close]))
-        )
+        rows = np.flatnonzero(met & (_stacked(close) > 0))
         G = self._rigid_rates(free)
         return Linearisation(parts, H, free, offset, movable, met, rows, None if G is None else G[rows], self.clock)
 
@@ -343,10 +352,16 @@ class System:
         G: Floats = np.hstack(blocks)
         return G
 
-    def problem(self, lin: Linearisation) -> ContactProblem:
-        """The contact problem of linearisation `lin` about the present (free) state. Collective."""
+    def problem(self, lin: Linearisation, calm: bool = False) -> ContactProblem:
+        """The contact problem of linearisation `lin` about the present (free) state. Collective.
+
+        Where passes are `calm`, the constraints out of reach are left out of it.
+        """
         with self.clock("detect"):
-            q = self._gaps(lin)[lin.rows]
+            gaps = self._gaps(lin)
+            if calm:
+                lin.narrow(gaps)
+            q = gaps[lin.rows]
         base = lin.on_rows(lin.base)
         if base is not None:
             q = q - lin.W.product(base)
@@ -385,8 +400,8 @@ class System:
     def gaps(self) -> Floats:
         """True gaps of the present state, for all constraints (c) [m]. Collective."""
         with self.clock("detect"):
-            gaps = [pair.gaps() for pair in self.pairs]
-            return gaps[0] if len(gaps) == 1 else np.concatenate([np.empty(0), *gaps])
+            gaps: Floats = _stacked([pair.gaps() for pair in self.pairs])
+            return gaps
 
     def crossed(self) -> str:
         """Which contact has a point that went through its surface on the way to the present state; '' for none."""
@@ -404,6 +419,11 @@ class System:
         """Destroy the bodies' PETSc objects. Collective."""
         for body in self.bodies:
             body.close()
+
+
+def _stacked(parts: list[Any]) -> Any:
+    """Arrays (c) of all pairs as one; of none, without entries."""
+    return parts[0] if len(parts) == 1 else np.concatenate(parts) if parts else np.empty(0)
 
 
 def _join(body: Body, parts: list[Constraints]) -> Rows:

@@ -60,7 +60,7 @@ class Chain:
 
     def delassus(self, values: Floats, elements: Ints) -> Floats | None:
         """H A⁻¹ Hᵀ (c, c) for rows with entries (c, 12) on given elements, zero at prescribed unknowns."""
-        if np.all(elements[:-1] <= elements[1:]):
+        if chain_kernels.rising(elements):
             W: Floats = chain_kernels.delassus(values, elements, self._inverse, self._ratio)
             return W
         order = np.argsort(elements, kind="stable")

@@ -213,6 +213,25 @@ def diagonal_of_inverse(inverse: Floats, ratio: Floats) -> Floats:
     return Z
 
 
+@njit(cache=True)
+def rising(numbers: Ints) -> bool:
+    """Whether none is below the one before it."""
+    falls = 0
+    for i in range(1, len(numbers)):
+        falls += numbers[i] < numbers[i - 1]
+    return falls == 0
+
+
+@njit(cache=True, fastmath={"reassoc", "contract"})
+def _combined(
+    f0: float, f1: float, f2: float, f3: float, f4: float, f5: float, rows: Floats, n: int, result: Floats
+) -> None:
+    """The first n entries of a sum of six rows."""
+    a, b, c, d, e, f = rows[0], rows[1], rows[2], rows[3], rows[4], rows[5]
+    for j in range(n):
+        result[j] = f0 * a[j] + f1 * b[j] + f2 * c[j] + f3 * d[j] + f4 * e[j] + f5 * f[j]
+
+
 @njit(cache=True, fastmath={"reassoc", "contract"})
 def delassus(values: Floats, element: Ints, inverse: Floats, ratio: Floats) -> Floats:
     """W = H A⁻¹ Hᵀ for rows with entries `values` (c, 12) at the nodes e, e + 1 of their elements (c) in rising order.
@@ -224,17 +243,14 @@ def delassus(values: Floats, element: Ints, inverse: Floats, ratio: Floats) -> F
     W = np.empty((c, c))
     Z = diagonal_of_inverse(inverse, ratio)
     here, below = np.zeros((6, c)), np.zeros((6, c))
+    first_half, second_half = np.empty(c), np.empty(c)
     # Columns stand in falling order: those that have begun come first.
     begun, row = 0, c - 1
     for i in range(N - 2, -1, -1):
         U, X, last = ratio[i], inverse[i], Z[i + 1]
+        # Six factors at a time: each number is stored once.
         for a in range(6):
-            line = here[a]
-            line[:begun] = 0.0
-            for b in range(6):
-                f, other = U[a, b], below[b]
-                for j in range(begun):
-                    line[j] -= f * other[j]
+            _combined(-U[a, 0], -U[a, 1], -U[a, 2], -U[a, 3], -U[a, 4], -U[a, 5], below, begun, here[a])
         first = row
         while row >= 0 and element[row] == i:
             h, j = values[row], c - 1 - row
@@ -254,14 +270,12 @@ def delassus(values: Floats, element: Ints, inverse: Floats, ratio: Floats) -> F
             row -= 1
         begun = c - 1 - row
         for r in range(first, row, -1):
-            line = W[r]
-            line[r:] = 0.0
-            for a in range(6):
-                f, g = values[r, a], values[r, 6 + a]
-                one, two = here[a], below[a]
+            h, n = values[r], c - r
+            _combined(h[0], h[1], h[2], h[3], h[4], h[5], here, n, first_half)
+            _combined(h[6], h[7], h[8], h[9], h[10], h[11], below, n, second_half)
+            for j in range(n):
                 # column j stands for row c − 1 − j ≥ r
-                for j in range(c - r):
-                    line[c - 1 - j] += f * one[j] + g * two[j]
+                W[r, c - 1 - j] = first_half[j] + second_half[j]
         here, below = below, here
     for i in range(c):
         for j in range(i):

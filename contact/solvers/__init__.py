@@ -7,7 +7,9 @@ A method's file is imported when the method is first called: PETSc and numba cos
 
 from __future__ import annotations
 
+from functools import cache
 from importlib import import_module
+from types import ModuleType
 
 import numpy as np
 
@@ -53,8 +55,12 @@ def _method(name: str) -> Method:
     def method(problem: ContactProblem, start: Floats | None, tolerance: float) -> Solution:
         if not problem.W.size:
             return Solution(np.empty(0), np.empty(0), np.empty(0), 0)
-        found: Solution = import_module(f"contact.solvers.{name.replace('-', '_')}").solve(problem, start, tolerance)
+        found: Solution = module().solve(problem, start, tolerance)
         return found
+
+    @cache
+    def module() -> ModuleType:
+        return import_module(f"contact.solvers.{name.replace('-', '_')}")
 
     solve.__doc__ = f"Contact forces by the method `{name}`: see `contact.solvers.solve`."
     return solve

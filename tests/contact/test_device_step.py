@@ -19,9 +19,11 @@ from mpi4py import MPI
 
 import contact.step
 from contact.certificate import Tolerances
+from contact.clock import Clock
 from contact.detection import nearest
 from contact.record import Record, RecordReader, compare
 from contact.solvers.problem import ContactNotConvergedError
+from contact.system import Linearisation
 from runs.cli import DONE, NOT_CONVERGED, main
 
 STEPS = """
@@ -140,6 +142,21 @@ def test_passes_converge_quadratically(name, monkeypatch):
     ]
     assert len(orders) >= 4
     assert min(orders) > 1.4
+
+
+def test_constraints_out_of_reach_stay_out_of_the_problem():
+    """Those with force, violated ones, and those within four times the largest gap that these have to lose."""
+    every = np.ones(6, dtype=bool)
+    lin = Linearisation([], {}, {}, np.zeros(6), every, every, np.arange(6), None, Clock())
+    gaps = np.array([0.01, -0.02, 0.0799, 0.0801, 0.5, -0.001])
+    lin.narrow(gaps)
+    np.testing.assert_array_equal(lin.rows, np.arange(6))
+    lin.base = np.array([0.0, 0.0, 0.0, 0.0, 1e-3, 0.0])
+    lin.narrow(np.minimum(gaps, 0.02))
+    np.testing.assert_array_equal(lin.rows, np.arange(6))
+    lin.base = np.array([1e-3, 0.0, 0.0, 0.0, 0.0, 0.0])
+    lin.narrow(gaps)
+    np.testing.assert_array_equal(lin.rows, [0, 1, 2, 5])
 
 
 @pytest.mark.parametrize("method", ["gauss-seidel", "lemke", "kkt"])

@@ -135,6 +135,12 @@ def test_an_indefinite_matrix():
     np.testing.assert_allclose(matrix @ chain.solve(B), B, atol=1e-10)
 
 
+def test_rising():
+    """Whether numbers are in order, equal ones included."""
+    assert all(chain_kernels.rising(np.array(numbers, dtype=np.int64)) for numbers in ([], [3], [1, 1, 4]))
+    assert not chain_kernels.rising(np.array([0, 2, 1]))
+
+
 def test_diagonal_of_the_inverse():
     """Takahashi's recursion against the inverse itself."""
     _, matrix = filled()
