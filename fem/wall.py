@@ -286,6 +286,11 @@ class Wall(Body):
             self._kept[key] = KeptColumns(self.name, len(self.places), self.space.owned)
         return self._kept[key]
 
+    @property
+    def columns_kept(self) -> int:
+        """How many have been solved for."""
+        return 3 * sum(columns.count for columns in self._kept.values())
+
     def _keep(self, points: Ints) -> None:
         """Solve for the columns of points that have none. Collective."""
         columns = self._columns
