@@ -146,9 +146,9 @@ def _inner(Y: Floats, M: Floats) -> Floats | None:
     # Tangents and slopes have units of their own: rows of Y are scaled to the same size.
     size = np.sqrt(np.maximum(np.diag(Y), 1e-300))
     try:
-        L = size[:, None] * cholesky(Y / np.outer(size, size) + 1e-13 * np.eye(len(Y)), lower=True)
+        L = size[:, None] * cholesky(Y / np.outer(size, size) + 1e-13 * np.eye(len(Y)), lower=True, check_finite=False)
         ML = M @ L
-        R = cholesky(np.eye(len(M)) + L.T @ ML, lower=True)
+        R = cholesky(np.eye(len(M)) + L.T @ ML, lower=True, check_finite=False)
     except LinAlgError:
         return None
-    return np.asarray(M - ML @ cho_solve((R, True), ML.T))
+    return np.asarray(M - ML @ cho_solve((R, True), ML.T, check_finite=False))

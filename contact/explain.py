@@ -14,11 +14,14 @@ def explain(scene: Scene) -> str:
     built, left_out = [], []
     dynamic = scene.time.integrator != "static"
     beams = {body.name for body in scene.bodies if isinstance(body, BeamTable)}
+    rigid = [b.name for b in scene.bodies if b.kind == "rigid"]
     for body in scene.bodies:
         built.extend(_beam(body, dynamic) if isinstance(body, BeamTable) else _body(body, dynamic))
     for contact in scene.contacts:
         if contact.body in beams:
             built.append(f"contact {contact.name!r}: points along {contact.body}, rows for those near the surface only")
+            if isinstance(contact.surface, BodySurfaceTable):
+                built.extend(_wall(contact.name, contact.surface, rigid))
             continue
         if isinstance(contact.surface, BodySurfaceTable):
             built.append(_between(contact, contact.surface))
@@ -29,11 +32,12 @@ def explain(scene: Scene) -> str:
     if any(contact.body not in beams for contact in scene.contacts):
         built.append(f"Delassus operator: columns for the rows that method {scene.solver.method!r} asks for, each once")
     elif scene.contacts:
-        built.append("Delassus operator: entries from the inverse's blocks along the beam, without solves")
+        walls = any(isinstance(c.surface, BodySurfaceTable) and c.surface.body not in rigid for c in scene.contacts)
+        kept = ", and from a wall's columns that are kept" if walls else ""
+        built.append(f"Delassus operator: entries from the inverse's blocks along the beam, without solves{kept}")
     if not dynamic:
         left_out.append("mass and damping matrices: the scene is quasi-static")
     left_out.append("tangential rows: no contact names friction")
-    rigid = [b.name for b in scene.bodies if b.kind == "rigid"]
     if rigid:
         left_out.append(f"stiffness matrix and solver of {', '.join(rigid)}: rigid")
     if not scene.contacts:
@@ -53,11 +57,20 @@ def _between(contact: ContactTable, surface: BodySurfaceTable) -> str:
     )
 
 
+def _wall(name: str, surface: BodySurfaceTable, rigid: list[str]) -> list[str]:
+    """Of a surface that a beam touches."""
+    lines = [f"contact {name!r}: a subdivision surface over the facets {surface.body}/{surface.tag}, smooth everywhere"]
+    if surface.body not in rigid:
+        lines.append(f"body {surface.body!r}: columns of its inverse for points where it has been touched, kept")
+    return lines
+
+
 def _body(body: BodyTable, dynamic: bool) -> list[str]:
     if body.kind == "rigid":
         how = "a mass matrix on its rigid motions" if dynamic else "rigid motions as unknowns of the contact problem"
         return [f"body {body.name!r}: {how}"]
     kind = body.material.formulation if isinstance(body.material, Elastic) else body.kind
+    dynamic = dynamic and body.density > 0
     matrices = "mass and stiffness matrix" if dynamic else "stiffness matrix"
     return [
         f"body {body.name!r}: one {matrices} ({kind}{_regions(body)}), "

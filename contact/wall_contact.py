@@ -29,7 +29,7 @@ class WallContact(DeviceContact):
     """
 
     surface: BodySurface
-    close = 0.03  # rows of the wall cost more than those that a further pass finds wanting
+    close = 0.01  # rows of the wall cost more than those that a further pass finds wanting
 
     def __init__(self, name: str, body: Beam, surface: BodySurface, places: Floats, interference: float = 0.0) -> None:
         count, width = len(places), surface.patches.net.shape[1]

@@ -98,9 +98,7 @@ def main() -> None:
     for number in range(steps):
         for one in (soft, rigid) if number >= 10 else (soft, rigid, stiff):
             one.advance(number)
-    print(
-        f"{'wall':8} {'steps':>6} {'median':>8} {'least':>8} {'passes':>7} {'met':>5} {'force':>6}  [ms]  worst residuals"
-    )
+    print("wall      steps   median    least  passes   met  force  [ms]  worst residuals")
     medians = {}
     for one in (soft, rigid):
         known = np.array(one.known)

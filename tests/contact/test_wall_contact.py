@@ -21,6 +21,8 @@ from wall_examples import RADIUS, pressed
 
 from contact.certificate import certify
 from contact.coupling import coupled
+from contact.explain import explain
+from contact.scene import Scene
 from contact.wall_contact import WallContact
 from contact.wall_rows import WallRows
 from fem.wall import Wall
@@ -174,6 +176,15 @@ def test_rows_of_a_wall_are_their_matrix() -> None:
     part = rows.take(np.arange(5)).join([rows.blank(2)])
     assert part.sparse().shape == (7, H.shape[1])
     assert np.array_equal(part.touching(), np.append(rows.touching()[:5], [False, False]))
+
+
+def test_explain_says_what_a_wall_costs() -> None:
+    """Columns of a wall that gives way; none of a rigid one; no mass matrix without a density."""
+    told = explain(Scene.model_validate(pressed(2e5)))
+    assert "a subdivision surface over the facets block/top" in told
+    assert "body 'block': columns of its inverse for points where it has been touched, kept" in told
+    assert "body 'block': one stiffness matrix" in told
+    assert "columns of its inverse" not in explain(Scene.model_validate(pressed(0.0)))
 
 
 def test_two_ranks() -> None:
