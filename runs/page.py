@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 
 Mark = Literal["", "good", "fair", "bad", "quiet"]
 
+WIDE = 14
+"""A table with more columns is printed across the page."""
+
 NUMBER = r"[-−+<>≈≤]?\s?\d[\d.,]*(e[-+]?\d+)?(\s?[±–]\s?\d[\d.]*(e[-+]?\d+)?)?(\s?(s|ms|%|×|MiB))?"
 
 STYLE = """
@@ -58,12 +61,14 @@ figcaption { font-size: .85rem; color: var(--soft); margin-top: .5rem; max-width
 .facts dt { color: var(--soft); } .facts dd { margin: 0; overflow-wrap: anywhere; }
 @media (max-width: 40rem) { nav { columns: 1; } body { padding: 1.2rem 1rem; } }
 @page { size: A4; margin: 16mm 14mm; }
+@page wide { size: A4 landscape; margin: 12mm; }
 @media print {
   body { max-width: none; padding: 0; font-size: 10pt; }
   h1 { font-size: 20pt; } h2 { font-size: 14pt; margin-top: 1.6rem; } h3 { font-size: 11pt; }
   h2, h3, h2 + p, caption { break-after: avoid; }
   figure, tr { break-inside: avoid; } thead { display: table-header-group; }
-  .scroll { overflow: visible; } table { font-size: 7.5pt; max-width: 100%; } th, td { padding: .15rem .4rem; }
+  .wide { page: wide; } .scroll { overflow: visible; }
+  table { font-size: 7.5pt; max-width: 100%; } th, td { padding: .15rem .4rem; }
   nav { background: none; border: 1px solid var(--rule); } nav a { text-decoration: none; }
 }
 """
@@ -126,9 +131,10 @@ class Page:
         kinds = [' class="number"' if is_number else "" for is_number in numeric]
         title = f"<caption>{_text(caption)}</caption>" if caption else ""
         top = _row("th", [_text(name) for name in head], kinds)
+        kind = "scroll wide" if len(head) > WIDE else "scroll"
         body = "\n".join(_row("td", [_entry(entry) for entry in row], kinds) for row in rows)
         self._parts.append(
-            f'<div class="scroll"><table>{title}<thead>{top}</thead>\n<tbody>{body}</tbody></table></div>'
+            f'<div class="{kind}"><table>{title}<thead>{top}</thead>\n<tbody>{body}</tbody></table></div>'
         )
 
     def picture(self, picture: Figure | str | os.PathLike[str], caption: str, alt: str = "") -> None:

@@ -135,11 +135,15 @@ def _winner(found: Tables, case: str) -> str:
     runs = sorted(places[order, level], key=lambda r: r["total"])
     best = runs[0]
     equal = [r["method"] for r in runs[1:] if r["least"] <= best["most"]]
-    rest = [f"{r['method']} {r['total'] / best['total']:.2g}×" for r in runs[1:] if r["method"] not in equal]
+    rest = [f"{r['method']} {_ratio(r['total'] / best['total'])}×" for r in runs[1:] if r["method"] not in equal]
     tie = f" (not told apart from {', '.join(equal)})" if equal else ""
     behind = f"; {', '.join(rest)} as long" if rest else ""
     size = f"order {order}, {best['unknowns']} unknowns, {best['contacts']} contacts"
     return f"{case}, {size}: {best['method']} with {best['total']:.2g} s{tie}{behind}."
+
+
+def _ratio(value: float) -> str:
+    return f"{value:.2g}" if value < 100 else f"{value:.0f}"
 
 
 def _fastest(found: Tables) -> list[str]:
