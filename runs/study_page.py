@@ -69,7 +69,7 @@ def write_page(folder: Path, facts: dict[str, Any], found: Tables) -> None:
     page.text(
         "Medians of the repeats, seconds of one core. `memory` is the peak of the process that made the run, with the "
         "interpreter and its libraries. All digits, the least and the most of the repeats and every quantity's "
-        "computed and exact value are in `study.json` and `study.h5` beside this page."
+        "computed and exact value, and why a run has no answer, are in `study.json` and `study.h5` beside this page."
     )
     for name in names:
         _runs(page, found, name)
@@ -352,9 +352,8 @@ def _runs(page: Page, found: Tables, case: str) -> None:
     rows = []
     for i, r in mine:
         if r["outcome"] != "solved":
-            rows.append(
-                [r["order"], f"{r['h']:.3g}", r["method"], Cell(_why(r)[:70], "bad"), *[None] * (len(head) - 4)]
-            )
+            said = Cell(r["outcome"], "quiet" if r["outcome"] == "not tried" else "bad")
+            rows.append([r["order"], f"{r['h']:.3g}", r["method"], said, *[None] * (len(head) - 4)])
             continue
         worst = max(r[k] for k in ("complementarity", "equilibrium", "surface_error", "penetration"))
         spread = None if r["most"] is None else f"{r['least']:.2g}–{r['most']:.2g}"
