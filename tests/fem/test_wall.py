@@ -69,7 +69,10 @@ def test_kept_columns_move_the_wall_as_solves_do(dt: float | None) -> None:
         size = np.abs(plain.u).max()
         np.testing.assert_allclose(gaps, H @ plain.coordinates(), atol=1e-12 * size)
         np.testing.assert_allclose(mine.u, plain.u, atol=1e-12 * size)
-        assert mine.imbalance(f) < 1e-12
+        fresh = plain.imbalance(f)
+        assert 0.3 * fresh < mine.imbalance(f) < 1e-12  # a bound, from the columns' own residuals
+        off = 1.001 * f
+        assert plain.imbalance(off) <= mine.imbalance(off) < 1.5 * plain.imbalance(off)
         np.testing.assert_allclose(kernels.along(*rows[:3], mine.displacement_of_points()), gaps, atol=1e-12 * size)
         for body in (mine, plain):
             body.accept()
