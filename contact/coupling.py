@@ -103,6 +103,8 @@ def coupled(H: dict[Any, Rows], coupling: Coupling, numbers: Ints) -> CoupledDel
     Where A + ZᵀM Z is not positive definite, the contacts hold the bodies as a rule: a multiple of each one's hᵀh
     changes no increment that keeps it closed (Debreu 1952). Failing that the negative parts of M are left out.
     """
+    if any(type(rows) is not type(coupling.Z.get(body, rows)) for body, rows in H.items()):
+        return None  # a wall that solids touch too: all of its rows are one sparse matrix
     stacked = {
         body: rows.join([coupling.Z[body] if body in coupling.Z else rows.blank(coupling.count)])
         for body, rows in H.items()

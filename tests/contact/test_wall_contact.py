@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import shutil
 import subprocess
@@ -176,6 +177,33 @@ def test_rows_of_a_wall_are_their_matrix() -> None:
     part = rows.take(np.arange(5)).join([rows.blank(2)])
     assert part.sparse().shape == (7, H.shape[1])
     assert np.array_equal(part.touching(), np.append(rows.touching()[:5], [False, False]))
+
+
+def test_two_wires_share_a_block() -> None:
+    """Each is carried, and they dent the block together."""
+    tables = pressed(2e5)
+    other = copy.deepcopy(tables["body"][0]) | {"name": "other"}
+    other["placement"]["start"] = [-0.012, 0.0017, 6e-4]
+    tables["body"].append(other)
+    tables["contact"].append(copy.deepcopy(tables["contact"][0]) | {"name": "other", "body": "other"})
+    system, steps = run(tables)
+    lam = steps[-1].result.lam
+    np.testing.assert_allclose([lam[:41].sum(), lam[41:].sum()], 0.1, rtol=2e-3)
+    assert all(step.substeps == 1 and step.result.passes <= 6 for step in steps)
+    system.close()
+
+
+def test_a_wall_that_touches_something_else() -> None:
+    """The block bulges against a stop beside it: its rows are one matrix then, and its columns are solved for."""
+    tables = pressed(2e5, steps=2)
+    stop = {"kind": "plane", "point": [0.02, 0.0, 0.0], "normal": [-1.0, 0.0, 0.0]}
+    beside = {"name": "stop", "body": "block", "tag": "right", "constraint": "mortar", "surface": stop}
+    tables["contact"].append(beside)
+    system, steps = run(tables)
+    lam = steps[-1].result.lam
+    np.testing.assert_allclose(lam[:41].sum(), 0.1, rtol=2e-3)
+    assert lam[41:].sum() > 1e-5
+    system.close()
 
 
 def test_explain_says_what_a_wall_costs() -> None:
