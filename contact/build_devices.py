@@ -24,6 +24,7 @@ from contact.scene_devices import (
     SectionTable,
 )
 from contact.scene_surfaces import BodySurfaceTable
+from contact.solvers.problem import InfeasibleError
 from fem.beam import Beam
 from fem.beam_element import beam_data
 from fem.beam_parts import BeamInertia, BeamLoads, Drive
@@ -213,7 +214,13 @@ def _function(values: list[Any]) -> Callable[[float], Floats]:
 
 
 def device_contact(table: ContactTable, body: Beam, surface: Any) -> DeviceContact:
-    """The contact of a beam, sampled so often per element or at a spacing along its length."""
+    """The contact of a beam, sampled so often per element or at a spacing along its length.
+
+    Raises
+    ------
+    InfeasibleError
+        for a beam that is wider than what the surface leaves, where that is known.
+    """
     arc, elements = np.append(0.0, np.cumsum(body.data.length)), len(body.data.length)
     if table.spacing is None:
         each = np.linspace(0.0, elements, (table.samples or 2) * elements + 1)
@@ -224,4 +231,8 @@ def device_contact(table: ContactTable, body: Beam, surface: Any) -> DeviceConta
         from contact.wall_contact import WallContact
 
         return WallContact(table.name, body, surface, places, table.interference)
-    return DeviceContact(table.name, body, surface, places, table.interference)
+    contact = DeviceContact(table.name, body, surface, places, table.interference)
+    radius, room = float(contact.radius.max()), float(getattr(surface, "inradius", np.inf))
+    if radius > room:
+        raise InfeasibleError(f"contact {table.name!r}: a beam of radius {radius:.9g} m does not fit into {room:.9g} m")
+    return contact

@@ -67,6 +67,9 @@ def march(system: System, scene: Scene, sink: Sink, first: int = 0, start: Float
                     sink(_unfinished(system, number, t, dt, substeps))
                     if isinstance(error, ArithmeticError):
                         raise ContactNotConvergedError(str(error), 0, np.inf) from None
+                    if isinstance(error, InfeasibleError) and not system.linear:
+                        # it is so of the tangent planes of one pass, which proves nothing of the walls
+                        raise ContactNotConvergedError(f"in the last pass {error}", 0, np.inf) from None
                     raise
                 system.restore(before)
                 dt /= 2

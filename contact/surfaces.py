@@ -35,7 +35,7 @@ class Surface(Protocol):
     """An implicit surface in D dimensions; x has shape (points, D) [m].
 
     A surface that knows its closest points or first roots better than `contact.detection` does has methods
-    ``nearest(x, guess)`` or ``first_root(start, end, tolerance)`` of its own.
+    ``nearest(x, guess)`` or ``first_root(start, end, tolerance)`` of its own; one that knows what fits, ``inradius``.
     """
 
     def potential(self, x: Floats) -> Floats:
@@ -55,7 +55,12 @@ class Surface(Protocol):
 
 
 class _Distance(ABC):
-    """What follows where g is the signed distance itself."""
+    """What follows where g is the signed distance itself.
+
+    `inradius` is the radius of the largest ball on the allowed side [m].
+    """
+
+    inradius: float = np.inf
 
     @abstractmethod
     def potential(self, x: Floats) -> Floats:
@@ -110,6 +115,7 @@ class Sphere(_Distance):
     def __init__(self, centre: Floats, radius: float, inside: bool = False) -> None:
         self.centre, self.radius = np.asarray(centre, dtype=float), radius
         self.sign = -1.0 if inside else 1.0
+        self.inradius = radius if inside else np.inf
         self.across = np.eye(len(self.centre))
 
     def _offset(self, x: Floats) -> Floats:
@@ -154,6 +160,7 @@ class Torus(_Distance):
         a = np.asarray(axis, dtype=float)
         self.centre, self.axis = np.asarray(centre, dtype=float), a / np.linalg.norm(a)
         self.bend, self.radius, self.sign = bend, radius, -1.0 if inside else 1.0
+        self.inradius = radius if inside else np.inf
 
     def _polar(self, x: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         """Distance from the axis and the unit vector away from it; the same for the circle."""

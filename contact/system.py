@@ -271,14 +271,21 @@ class System:
         quadratic programme). Where one more pass is `settling` the step anyway, A and the columns of W stay those of
         the `last` pass, and only residuals, gaps and normals are new (a chord iteration). Where bodies are linear the
         columns are all that a new pass costs, and they stay as long as a pass makes `progress`, the part of the
-        residual that it leaves.
+        residual that it leaves. Where constraints too are those of before, what is missing are digits: the bodies stay
+        where they are with the contact forces, and equilibrium is refined. Of a body that hardly anything holds, or
+        in a long step, the free motion may be larger by many digits, which its sum with the corrective one has lost.
         """
         if self.linear:
-            if found is not last and self._mixing.advance(progress):
+            if found.constraints is last.constraints:
+                self._refine(found, lam)
+                found = copy(found)
+                found.base = lam
+                return found
+            if self._mixing.advance(progress):
                 for pair in self.pairs:
                     pair.moved()
                 found = self.detect()
-            if found is not last and progress <= STEADY and np.array_equal(found.rows, last.rows):
+            if progress <= STEADY and np.array_equal(found.rows, last.rows):
                 found = found.with_operator(last)
                 self._free_with(found, lam)
             else:
@@ -292,6 +299,14 @@ class System:
             found.include(lam > 0)
         self._free_with(found, lam)
         return found
+
+    def _refine(self, lin: Linearisation, lam: Floats) -> None:
+        """u ← u + A⁻¹ (f_ext + Hᵀλ − f_int − inertia). Collective."""
+        with self.clock("factor"):
+            for body in self.bodies:
+                if body in lin.W.H:
+                    rest = body.residual() + lin.free[body].apply_transpose(lam)
+                    body.correct(body.solve(np.where(body.held, 0.0, rest)[:, None])[:, 0])
 
     def _renew(self, lam: Floats) -> None:
         """A about the present state and forces, without bulging walls if it is not definite with them. Collective."""

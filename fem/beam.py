@@ -99,7 +99,6 @@ class Beam:
         modes[:, :3, :3] = modes[:, 3:, 3:] = np.eye(3)
         for i, e in enumerate(np.eye(3)):
             modes[:, :3, 3 + i] = np.cross(e, arm) / self.size
-        modes[:, 3:, 3:] /= self.size
         held = np.linalg.matrix_rank(modes.reshape(-1, 6)[self.fixed], tol=1e-9) if self.fixed.any() else 0
         if held < 6:
             raise ValueError(

@@ -217,7 +217,7 @@ def _edge(M: Floats, reach: float, axisymmetric: bool) -> float:
     if not changes.size:
         return float("nan")
     i = changes[np.argmin(np.abs(grid[changes] - reach))]
-    return float(np.sqrt(brentq(last, grid[i], grid[i + 1], xtol=1e-15)))
+    return float(np.sqrt(brentq(last, grid[i], grid[i + 1], xtol=1e-15 * reach)))
 
 
 def _nearest(places: Floats, points: Floats) -> NDArray[np.int64]:

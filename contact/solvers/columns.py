@@ -9,6 +9,7 @@ from contact.solvers.problem import Delassus, DenseDelassus, Floats, Ints
 
 # A pivot below this part of its diagonal entry is rounding: the row depends on those before it.
 PIVOT = 1e-13
+TIE = 1e-9
 EPSILON, TINY = float(np.finfo(float).eps), float(np.finfo(float).tiny)
 
 
@@ -109,6 +110,8 @@ def extend(L: Floats, columns: Floats, pivot: float) -> tuple[Floats, Ints]:
     kept = np.arange(n - p)
     if info != 0 or np.any(np.diagonal(tail) <= np.sqrt(pivot) * scale):
         scale[scale == 0] = 1.0
+        # of equal rows the first is kept, whatever rounding makes of their pivots
+        scale *= 1 + TIE * np.arange(n - p)
         tail, order, rank, _ = lapack.dpstrf(schur / np.outer(scale, scale), tol=pivot, lower=1)
         rank = np.count_nonzero(np.diagonal(tail)[:rank] ** 2 > pivot)  # LAPACK takes the first pivot untested
         kept = order[:rank] - 1

@@ -301,11 +301,14 @@ def ratio_tested(
             dependent = dependent or square <= noise * weight * weight
             if not dependent:
                 break
-            alpha, k, size = np.inf, -1, abs(q[enter])
+            alpha, k, size, doubt = np.inf, -1, abs(q[enter]), 0.0
             for i in range(n):
                 row = order[i]
                 size += abs(q[row] * null[i])
-                pull = null[i] * np.sqrt(columns[slot[row], row])
+                root = np.sqrt(columns[slot[row], row])
+                # what the gaps left on active rows, and rounding of Wλ, make of the violation along the null direction
+                doubt += abs(null[i] * delta[row]) + noise * weight * lam[row] * root
+                pull = null[i] * root
                 if pull < -1e-10 * weight and lam[row] < -alpha * null[i]:
                     alpha, k = -lam[row] / null[i], i
             if k < 0:
@@ -313,7 +316,7 @@ def ratio_tested(
                 # for the largest d that rounding allows, or where no more than a pair of rows is opposed.
                 largest = max(square, 0.0) + noise * weight * weight
                 proven = delta[enter] ** 2 * diagonal > scale**2 * largest or weight**2 <= 9 * diagonal
-                if proven and -delta[enter] > 1e-11 * size:
+                if proven and -delta[enter] > max(1e-11 * size, 4 * doubt):
                     state[0], state[1] = n, enter
                     return INFEASIBLE
                 break

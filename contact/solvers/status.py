@@ -80,7 +80,10 @@ def solve(problem: ContactProblem, start: Floats | None = None, tolerance: float
     pull[rows] = columns.diagonal(rows) * lam[rows]
     residual = scaled(pull, delta, length(q, delta - q))
     if not residual <= SOLVED:
-        raise ContactNotConvergedError("violated contacts depend on the active ones", blocks.iterations, residual, lam)
+        reason = "violated contacts depend on the active ones"
+        if (columns.diagonal(rows) < 0).any():
+            reason = "W has a negative diagonal entry: A is not positive definite"
+        raise ContactNotConvergedError(reason, blocks.iterations, residual, lam)
     details = {
         "columns": float(len(rows)),
         "factorisations": float(blocks.work / max(int(np.count_nonzero(lam)), 1) ** 3),

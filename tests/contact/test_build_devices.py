@@ -14,6 +14,7 @@ from contact.build import build
 from contact.build_devices import beam_of
 from contact.scene import Scene
 from contact.scene_devices import BeamTable
+from contact.solvers import InfeasibleError
 from fem.integrators import ImplicitEuler, Static
 from fem.rotations import exp
 
@@ -207,3 +208,21 @@ def test_points_of_contact(keys, count):
 def test_statics_pay_for_no_mass():
     """A static scene's beam has none, whatever its density."""
     assert beam(dynamic=False, supports=[{"at": "start"}]).inertia is None
+
+
+@pytest.mark.parametrize("kind", ["cylinder", "torus"])
+def test_a_wire_that_does_not_fit(kind):
+    """Wider than its tube by a millionth of its radius it is infeasible, as wide it is not."""
+    tube = {"kind": kind, "centre": [0.0] * 3, "axis": [1.0, 0.0, 0.0], "inside": True}
+    tube |= {"bend": 1.0} if kind == "torus" else {}
+    placed = {"placement": {"start": [0.0, 1.0, 0.0], "direction": [0.0, 0.0, 1.0]}} if kind == "torus" else {}
+    section = {"length": 0.01, "elements": 4, **STEEL}
+    body = {"name": "wire", "kind": "beam", "sections": [section], "supports": [{"at": "start"}], **placed}
+
+    def built(radius):
+        touching = {"body": "wire", "surface": {**tube, "radius": radius}, "interference": 1e-3}
+        build(Scene.model_validate({"body": [body], "contact": [touching]}), MPI.COMM_SELF).close()
+
+    built(1e-3)
+    with pytest.raises(InfeasibleError, match=r"radius 0\.001 m does not fit into 0\.000999999 m"):
+        built(1e-3 * (1 - 1e-6))

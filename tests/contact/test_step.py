@@ -132,3 +132,40 @@ def test_a_linear_step_factorises_once_and_solves_few_columns() -> None:
     assert system.bodies[0]._ksp is ksp
     np.testing.assert_allclose(second.lam, first.lam, atol=1e-13)
     system.close()
+
+
+def test_a_long_step_of_a_body_that_nothing_holds() -> None:
+    """A bar that the free motion would carry 6e5 of its lengths comes to rest on the floor, with all its momentum."""
+    rho, L, v0, dt = 1.0, 10.0, 10.0, 6e5
+    bar = {
+        "name": "bar",
+        "kind": "bar",
+        "mesh": {"shape": "interval", "length": L, "n": 20, "origin": 0.5},
+        "material": {"EA": 900.0},
+        "density": rho,
+        "velocity": -v0,
+    }
+    floor = {"body": "bar", "tag": "start", "surface": {"kind": "plane", "point": [0.0], "normal": [1.0]}}
+    system = prepared(body=[bar], contact=[floor], time={"integrator": "implicit-euler"})
+    result = step(system, dt, dt)
+    # the floor takes what is left of the momentum after the fall over the gap
+    assert result.lam.sum() * dt == pytest.approx(rho * L * (v0 - 0.5 / dt), rel=1e-6)
+    assert abs(result.gap[0]) <= 1e-9
+    system.close()
+
+
+def test_a_plate_that_bends_by_far_more_than_it_is_pressed() -> None:
+    """100 times as wide as thick and held by the floor alone: the pressure below is that above, to the same digits."""
+    block = {
+        "name": "body",
+        "mesh": {"shape": "box", "size": [100.0, 1.0], "n": [8, 8], "order": 2, "structured": True},
+        "material": {"E": 10.0, "nu": 0.3, "state": "plane-strain"},
+        "supports": [{"tag": "left", "component": "x"}],
+        "loads": [{"kind": "pressure", "tag": "top", "value": 1.0}],
+    }
+    floor = {"body": "body", "tag": "bottom", "surface": FLOOR[2], "constraint": "mortar"}
+    system = prepared(body=[block], contact=[floor])
+    result = step(system, 1.0, tolerances=TIGHT)
+    areas = result.linearisation.constraints[0].areas
+    np.testing.assert_allclose(result.lam / areas, 1.0, rtol=1e-6)
+    system.close()

@@ -130,3 +130,16 @@ def test_claims_are_kept_where_the_residual_refutes_them():
         with pytest.raises(ContactNotConvergedError) as error:
             accepted(W, q, lam, 3, "SNES reason -6")
         assert not error.value.claimed
+
+
+@pytest.mark.parametrize("ratio", [1e-6, 1.0, 1e6])
+def test_gauss_seidel_on_stacked_masses(ratio):
+    """It ends where rounding lets it change nothing more: λ right to ε times the masses' ratio."""
+    W, q = 1e-4 * np.array([[1.0, -1.0], [-1.0, 1.0 + 1 / ratio]]), np.array([-9.81e-4, 0.0])
+    lam = solve(dense(W, q), "gauss-seidel").lam
+    np.testing.assert_allclose(lam, [9.81 * (1 + ratio), 9.81 * ratio], rtol=max(1e-11, 1e-15 * ratio))
+
+
+def test_an_indefinite_operator_is_named():
+    with pytest.raises(ContactNotConvergedError, match="A is not positive definite"):
+        solve(dense([[-1.0, 0.0], [0.0, 1.0]], [-1.0, 1.0]), "status")
