@@ -72,6 +72,15 @@ def parser() -> Parser:
     study.add_argument("-o", dest="output", default="study", metavar="DIR", help="a study's folder (default: study)")
     study.add_argument("--json", action="store_true", help="print the tables")
 
+    stability = commands.add_parser("stability", help="the stiff and extreme set, and random trials")
+    stability.add_argument("sweeps", nargs="*", metavar="SWEEP", help="some of the set, without trials")
+    stability.add_argument("--list", action="store_true", help="the sweeps and what each sweeps over")
+    stability.add_argument("--seed", type=int, default=2007, metavar="S", help="of the trials (default: 2007)")
+    stability.add_argument("--trials", type=int, metavar="N", help="random contact problems (default: 10000)")
+    stability.add_argument("--jobs", type=int, default=1, metavar="J", help="processes at a time (default: 1)")
+    stability.add_argument("--json", action="store_true", help="print everything as one JSON object")
+    stability.add_argument("-o", dest="output", metavar="DIR", help="keep the JSON, a page and its pictures in DIR")
+
     show = commands.add_parser("show", help="what a record holds")
     show.add_argument("record", metavar="FILE")
     show.add_argument("--steps", action="store_true")
@@ -123,6 +132,10 @@ def _dispatch(arguments: argparse.Namespace, petsc_options: list[str]) -> int:
         from runs import study
 
         return study.command(arguments, petsc_options)
+    if arguments.command == "stability":
+        from runs import stability
+
+        return stability.command(arguments)
     from runs import scenes
 
     return scenes.command(arguments, petsc_options)
