@@ -222,7 +222,7 @@ def rising(numbers: Ints) -> bool:
     return falls == 0
 
 
-@njit(cache=True, fastmath={"reassoc", "contract"})
+@njit(cache=True, fastmath={"reassoc", "contract"}, forceinline=True)
 def _combined(
     f0: float, f1: float, f2: float, f3: float, f4: float, f5: float, rows: Floats, n: int, result: Floats
 ) -> None:

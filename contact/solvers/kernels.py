@@ -1,4 +1,8 @@
-"""The loops of active sets that whole-array numpy cannot express, compiled."""
+"""The loops of active sets that whole-array numpy cannot express, compiled.
+
+What a kernel calls stands inlined in it: sums may be reordered, and another copy of a function, compiled by itself,
+would round differently, so that a run that compiles would differ from one that loads its kernels.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +18,7 @@ SURE = 1e-5
 _MATHS = {"reassoc", "contract", "nnan", "nsz"}
 
 
-@njit(cache=True, fastmath=_MATHS)
+@njit(cache=True, fastmath=_MATHS, forceinline=True)
 def remove(U: Floats, n: int, k: int) -> None:
     """Take row and column k out of the n rows of W = UᵀU: drop U's column k and rotate its trailing rows back."""
     w = U[k, k + 1 : n].copy()
@@ -32,7 +36,7 @@ def remove(U: Floats, n: int, k: int) -> None:
             w[j + i] = cosine * b - sine * a
 
 
-@njit(cache=True, fastmath=_MATHS)
+@njit(cache=True, fastmath=_MATHS, forceinline=True)
 def solve_transposed(U: Floats, n: int, b: Floats) -> None:
     """b ← U⁻ᵀ b."""
     for j in range(n):
@@ -41,7 +45,7 @@ def solve_transposed(U: Floats, n: int, b: Floats) -> None:
             b[i] -= b[j] * U[j, i]
 
 
-@njit(cache=True, fastmath=_MATHS)
+@njit(cache=True, fastmath=_MATHS, forceinline=True)
 def solve_upper(U: Floats, n: int, b: Floats) -> None:
     """b ← U⁻¹ b."""
     for j in range(n - 1, -1, -1):
@@ -51,7 +55,7 @@ def solve_upper(U: Floats, n: int, b: Floats) -> None:
         b[j] = total / U[j, j]
 
 
-@njit(cache=True, fastmath=_MATHS)
+@njit(cache=True, fastmath=_MATHS, forceinline=True)
 def cholesky(W: Floats, rows: Ints, n: int, pivot: float, U: Floats) -> bool:
     """U ← the upper factor of W on the first n of `rows`; False where a pivot is below `pivot` times its entry of W."""
     for k in range(n):
@@ -78,7 +82,7 @@ def cholesky(W: Floats, rows: Ints, n: int, pivot: float, U: Floats) -> bool:
     return True
 
 
-@njit(cache=True, fastmath=_MATHS)
+@njit(cache=True, fastmath=_MATHS, forceinline=True)
 def _hold(W: Floats, wanted: Bools, order: Ints, n: int, pivot: float, U: Floats) -> int:
     """The number of rows `wanted`, in `order`, whose factor U holds; −1 where they depend on one another."""
     count, same = 0, True
@@ -96,7 +100,7 @@ def _hold(W: Floats, wanted: Bools, order: Ints, n: int, pivot: float, U: Floats
     return n if cholesky(W, order, n, pivot, U) else -1
 
 
-@njit(cache=True, fastmath=_MATHS)
+@njit(cache=True, fastmath=_MATHS, forceinline=True)
 def _gaps(W: Floats, q: Floats, lam: Floats, delta: Floats) -> float:
     """δ ← Wλ + q, and ℓ of `certificate.length`."""
     delta[:] = q
