@@ -18,6 +18,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from contact import subdivision_index as index
 from contact import subdivision_kernel as kernel
 from contact.subdivision import Patches, smooth
 from contact.surfaces import Foot
@@ -49,7 +50,7 @@ class BodySurface:
         self.places = self.control = np.ascontiguousarray(places)
         corners = places[patches.net[:, :3]]
         self.edge = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean())
-        self._order, self._leaves = kernel.arrange(corners.mean(axis=1))
+        self._order, self._leaves = index.arrange(corners.mean(axis=1))
         self._boxes = np.empty((2 * len(self._leaves) - 3, 6))
         self._boxed = self._version = -1
 
@@ -86,12 +87,12 @@ class BodySurface:
 
     def search(self, x: Floats) -> tuple[Ints, Floats]:
         """Patches and places of the closest points of x (q, 3), looking at all patches near enough."""
-        patch, at = kernel.search(self.patches, self.control, self.edge, *self._index(), np.ascontiguousarray(x))
+        patch, at = index.search(self.patches, self.control, self.edge, *self._index(), np.ascontiguousarray(x))
         return patch, at
 
     def _index(self) -> tuple[Ints, Ints, Floats]:
         if self._boxed != self._version or self._boxed == -1:
-            kernel.fit(self.patches, self.control, self._order, self._leaves, self._boxes)
+            index.fit(self.patches, self.control, self._order, self._leaves, self._boxes)
             self._boxed = self._version if self.wall is not None else 0
         return self._order, self._leaves, self._boxes
 
@@ -119,7 +120,7 @@ class BodySurface:
 
     def lower_bound(self, x: Floats) -> Floats:
         """A signed distance from the boxes about patches, nowhere larger in magnitude than the true one, (q) [m]."""
-        bound: Floats = kernel.lower_bounds(self.patches, self.control, *self._index(), np.ascontiguousarray(x))
+        bound: Floats = index.lower_bounds(self.patches, self.control, *self._index(), np.ascontiguousarray(x))
         return bound
 
 

@@ -1,7 +1,7 @@
-"""Places, closest points and a spatial index of a subdivision surface, compiled; see `contact.subdivision`.
+"""Places and closest points of a subdivision surface, compiled; see `contact.subdivision`.
 
 A point of the surface has a patch p and v, w ≥ 0, v + w ≤ 1 on it; control points are (n, 3) [m]. Oracle: the limit of
-refinement by Loop's rules, and a minimisation over all patches.
+refinement by Loop's rules.
 """
 
 from __future__ import annotations
@@ -17,13 +17,12 @@ Ints = NDArray[np.int64]
 
 I, J, K = np.array(QUARTIC).T.copy()
 FACTORIAL = np.array([1.0, 1.0, 2.0, 6.0, 24.0])
-LEAF = 4  # patches in a leaf of the index, at most
 ITERATIONS = 60
 SETTLED = 1e-12  # of an edge: the last step of Newton's method, which leaves less than its square
 
 
 @njit(cache=True, error_model="numpy")
-def _quarter(patches: Patches, p: int, v: float, w: float) -> tuple[int, int, float, float, float]:
+def quarter_of(patches: Patches, p: int, v: float, w: float) -> tuple[int, int, float, float, float]:
     """Halvings and quarter that hold (v, w), coordinates there, and their rate of change."""
     if patches.valence[p] == patches.regular:
         return 0, 0, v, w, 1.0
@@ -38,7 +37,7 @@ def _quarter(patches: Patches, p: int, v: float, w: float) -> tuple[int, int, fl
 
 
 @njit(cache=True, error_model="numpy")
-def _net(patches: Patches, control: Floats, p: int, level: int, quarter: int, b: Floats) -> None:
+def bezier_points(patches: Patches, control: Floats, p: int, level: int, quarter: int, b: Floats) -> None:
     """Bézier points (15, 3) of a quarter."""
     table = patches.tables[patches.valence[p], level, quarter]
     net = patches.net[p]
@@ -53,7 +52,7 @@ def _net(patches: Patches, control: Floats, p: int, level: int, quarter: int, b:
 
 
 @njit(cache=True, error_model="numpy")
-def _evaluate(b: Floats, v: float, w: float, rate: float, c: Floats, out: Floats) -> None:
+def evaluate(b: Floats, v: float, w: float, rate: float, c: Floats, out: Floats) -> None:
     """S, S_v, S_w, S_vv, S_vw, S_ww (6, 3) by de Casteljau's algorithm; c (15, 3) is room for it."""
     u = 1.0 - v - w
     c[:] = b
@@ -82,7 +81,7 @@ def _evaluate(b: Floats, v: float, w: float, rate: float, c: Floats, out: Floats
 @njit(cache=True, error_model="numpy")
 def _weights(patches: Patches, p: int, v: float, w: float, out: Floats) -> None:
     """The shares of the control points in S(v, w), (K)."""
-    level, quarter, v, w, _ = _quarter(patches, p, v, w)
+    level, quarter, v, w, _ = quarter_of(patches, p, v, w)
     u = 1.0 - v - w
     table = patches.tables[patches.valence[p], level, quarter]
     out[:] = 0.0
@@ -129,7 +128,7 @@ def _walk(patches: Patches, p: int, e: Floats) -> tuple[int, int]:
 
 
 @njit(cache=True, error_model="numpy")
-def _descend(
+def descend(
     patches: Patches,
     control: Floats,
     x: Floats,
@@ -151,11 +150,11 @@ def _descend(
     dv = dw = 0.0
     at_p, at_level, at_quarter, rim, beyond, stale = -1, -1, -1, -1, 0, True
     for _ in range(ITERATIONS):
-        level, quarter, lv, lw, rate = _quarter(patches, p, v, w)
+        level, quarter, lv, lw, rate = quarter_of(patches, p, v, w)
         if p != at_p or level != at_level or quarter != at_quarter:
-            _net(patches, control, p, level, quarter, b)
+            bezier_points(patches, control, p, level, quarter, b)
             at_p, at_level, at_quarter = p, level, quarter
-        _evaluate(b, lv, lw, rate, c, S)
+        evaluate(b, lv, lw, rate, c, S)
         r0, r1, r2 = x[0] - S[0, 0], x[1] - S[0, 1], x[2] - S[0, 2]
         now = r0 * r0 + r1 * r1 + r2 * r2
         if now > old * (1.0 + 1e-12) + 1e-24 * edge * edge:
@@ -201,9 +200,9 @@ def _descend(
             rim = before
         stale = True
     if stale:
-        level, quarter, lv, lw, rate = _quarter(patches, old_p, old_v, old_w)
-        _net(patches, control, old_p, level, quarter, b)
-        _evaluate(b, lv, lw, rate, c, S)
+        level, quarter, lv, lw, rate = quarter_of(patches, old_p, old_v, old_w)
+        bezier_points(patches, control, old_p, level, quarter, b)
+        evaluate(b, lv, lw, rate, c, S)
     return old_p, old_v, old_w, old, beyond
 
 
@@ -273,7 +272,7 @@ def closest(patches: Patches, control: Floats, edge: float, x: Floats, patch: In
     rim = np.empty(q, dtype=np.int64)
     S, b, c = np.empty((6, 3)), np.empty((15, 3)), np.empty((15, 3))
     for i in range(q):
-        p, v, w, _, beyond = _descend(patches, control, x[i], patch[i], at[i, 0], at[i, 1], edge, S, b, c)
+        p, v, w, _, beyond = descend(patches, control, x[i], patch[i], at[i, 0], at[i, 1], edge, S, b, c)
         patch[i], at[i, 0], at[i, 1], rim[i] = p, v, w, beyond
         _weights(patches, p, v, w, shares[i])
         distance[i] = _foot(S, x[i], beyond, point[i], normal[i], curvature[i])
@@ -287,9 +286,9 @@ def places(patches: Patches, control: Floats, patch: Ints, at: Floats) -> tuple[
     point, normal = np.empty((q, 3)), np.empty((q, 3))
     S, b, c = np.empty((6, 3)), np.empty((15, 3)), np.empty((15, 3))
     for i in range(q):
-        level, quarter, v, w, rate = _quarter(patches, patch[i], at[i, 0], at[i, 1])
-        _net(patches, control, patch[i], level, quarter, b)
-        _evaluate(b, v, w, rate, c, S)
+        level, quarter, v, w, rate = quarter_of(patches, patch[i], at[i, 0], at[i, 1])
+        bezier_points(patches, control, patch[i], level, quarter, b)
+        evaluate(b, v, w, rate, c, S)
         point[i] = S[0]
         for k in range(3):
             k1, k2 = (k + 1) % 3, (k + 2) % 3
@@ -300,7 +299,7 @@ def places(patches: Patches, control: Floats, patch: Ints, at: Floats) -> tuple[
 @njit(cache=True, error_model="numpy")
 def _slopes(patches: Patches, p: int, v: float, w: float, out: Floats) -> None:
     """The derivatives along v and w of the shares in S(v, w), (2, K)."""
-    level, quarter, v, w, rate = _quarter(patches, p, v, w)
+    level, quarter, v, w, rate = quarter_of(patches, p, v, w)
     u = 1.0 - v - w
     table = patches.tables[patches.valence[p], level, quarter]
     out[:] = 0.0
@@ -336,9 +335,9 @@ def second_forms(
     S, b, c = np.empty((6, 3)), np.empty((15, 3)), np.empty((15, 3))
     G, h, C = np.empty((2, 2)), np.empty((2, 2)), np.empty((2, 2))
     for i in range(q):
-        level, quarter, v, w, rate = _quarter(patches, patch[i], at[i, 0], at[i, 1])
-        _net(patches, control, patch[i], level, quarter, b)
-        _evaluate(b, v, w, rate, c, S)
+        level, quarter, v, w, rate = quarter_of(patches, patch[i], at[i, 0], at[i, 1])
+        bezier_points(patches, control, patch[i], level, quarter, b)
+        evaluate(b, v, w, rate, c, S)
         _slopes(patches, patch[i], at[i, 0], at[i, 1], slopes[i])
         tangents[i] = S[1:3]
         n = np.cross(S[1], S[2])
@@ -356,120 +355,3 @@ def second_forms(
         M[i, :2, :2], M[i, :2, 2:], M[i, 2:, :2] = 0.5 * (bent + bent.T), inverse, inverse
         M[i, 2:, 2:] = distance[i] * inverse
     return M, tangents, slopes
-
-
-# --- the index ----------------------------------------------------------------------------------------------------
-#
-# A complete binary tree: node k has the children 2k + 1 and 2k + 2; leaf m holds patches order[first[m]:first[m + 1]].
-
-
-def arrange(centres: Floats) -> tuple[Ints, Ints]:
-    """The order of patches by their centres (p, 3), halved in the longest direction, and where leaves begin."""
-    parts = [np.arange(len(centres))]
-    while max(len(part) for part in parts) > LEAF:
-        halves = []
-        for part in parts:
-            x = centres[part]
-            axis = int(np.argmax(np.ptp(x, axis=0))) if len(part) else 0
-            part = part[np.argsort(x[:, axis], kind="stable")]
-            halves += [part[: (len(part) + 1) // 2], part[(len(part) + 1) // 2 :]]
-        parts = halves
-    return np.concatenate(parts), np.append(0, np.cumsum([len(part) for part in parts]))
-
-
-@njit(cache=True, error_model="numpy")
-def fit(patches: Patches, control: Floats, order: Ints, first: Ints, boxes: Floats) -> None:
-    """Boxes (2 leaves − 1, 6) of the nodes, about the control points: no patch leaves their hull."""
-    leaves = len(first) - 1
-    for node in range(2 * leaves - 2, -1, -1):
-        box = boxes[node]
-        box[:3], box[3:] = np.inf, -np.inf
-        if node >= leaves - 1:
-            for m in range(first[node - leaves + 1], first[node - leaves + 2]):
-                net = patches.net[order[m]]
-                for k in range(len(net)):
-                    for i in range(3):
-                        box[i] = min(box[i], control[net[k], i])
-                        box[3 + i] = max(box[3 + i], control[net[k], i])
-        else:
-            for child in (2 * node + 1, 2 * node + 2):
-                for i in range(3):
-                    box[i] = min(box[i], boxes[child, i])
-                    box[3 + i] = max(box[3 + i], boxes[child, 3 + i])
-
-
-@njit(cache=True, error_model="numpy")
-def _to_box(box: Floats, x: Floats) -> float:
-    """Squared distance from a box."""
-    total = 0.0
-    for i in range(3):
-        away = max(box[i] - x[i], 0.0, x[i] - box[3 + i])
-        total += away * away
-    return total
-
-
-@njit(cache=True, error_model="numpy")
-def search(
-    patches: Patches, control: Floats, edge: float, order: Ints, first: Ints, boxes: Floats, x: Floats
-) -> tuple[Ints, Floats]:
-    """Patch and place of the closest point to each x: every patch whose box is nearer than the best is descended."""
-    leaves = len(first) - 1
-    patch, at = np.zeros(len(x), dtype=np.int64), np.zeros((len(x), 2))
-    stack = np.empty(128, dtype=np.int64)
-    S, b, c = np.empty((6, 3)), np.empty((15, 3)), np.empty((15, 3))
-    for i in range(len(x)):
-        best, top = np.inf, 1
-        stack[0] = 0
-        while top > 0:
-            top -= 1
-            node = stack[top]
-            if not _to_box(boxes[node], x[i]) < best:
-                continue
-            if node < leaves - 1:
-                near, far = 2 * node + 1, 2 * node + 2
-                if _to_box(boxes[far], x[i]) < _to_box(boxes[near], x[i]):
-                    near, far = far, near
-                stack[top], stack[top + 1] = far, near
-                top += 2
-                continue
-            for m in range(first[node - leaves + 1], first[node - leaves + 2]):
-                p, v, w, square, _ = _descend(patches, control, x[i], order[m], 1 / 3, 1 / 3, edge, S, b, c)
-                if square < best:
-                    best, patch[i], at[i, 0], at[i, 1] = square, p, v, w
-    return patch, at
-
-
-@njit(cache=True, error_model="numpy")
-def lower_bounds(patches: Patches, control: Floats, order: Ints, first: Ints, boxes: Floats, x: Floats) -> Floats:
-    """The distance of each x from the nearest leaf's box, with the sign of its side of a patch there, (q)."""
-    leaves = len(first) - 1
-    result = np.empty(len(x))
-    stack = np.empty(128, dtype=np.int64)
-    S, b, c = np.empty((6, 3)), np.empty((15, 3)), np.empty((15, 3))
-    for i in range(len(x)):
-        best, leaf, top = np.inf, leaves - 1, 1
-        stack[0] = 0
-        while top > 0 and best > 0.0:
-            top -= 1
-            node = stack[top]
-            away = _to_box(boxes[node], x[i])
-            if not away < best:
-                continue
-            if node < leaves - 1:
-                near, far = 2 * node + 1, 2 * node + 2
-                if _to_box(boxes[far], x[i]) < _to_box(boxes[near], x[i]):
-                    near, far = far, near
-                stack[top], stack[top + 1] = far, near
-                top += 2
-            else:
-                best, leaf = away, node
-        p = order[first[leaf - leaves + 1]]
-        level, quarter, v, w, rate = _quarter(patches, p, 1 / 3, 1 / 3)
-        _net(patches, control, p, level, quarter, b)
-        _evaluate(b, v, w, rate, c, S)
-        side = 0.0
-        for k in range(3):
-            k1, k2 = (k + 1) % 3, (k + 2) % 3
-            side += (x[i, k] - S[0, k]) * (S[1, k1] * S[2, k2] - S[1, k2] * S[2, k1])
-        result[i] = np.sqrt(best) if side >= 0.0 else -np.sqrt(best)
-    return result
