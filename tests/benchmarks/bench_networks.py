@@ -97,7 +97,7 @@ def networks(scene: Scene, folder: Path, steps: int | None, rounds: int = 4) -> 
                 rows.append((accepted.seconds["total"], accepted.seconds["detect"]))
                 active.append(np.count_nonzero(accepted.result.lam > 0))
 
-            system = run(case, folder, steps, sink)
+            system, _ = run(case, folder, steps, sink)
             times[count].append(rows)
             body: Any = system.bodies[0]
             ends[count] = body.x[-1] / body.size, active
