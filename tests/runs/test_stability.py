@@ -44,7 +44,7 @@ def test_list(capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["nothing"], "sweep 'nothing': unknown, must be one of stiffness-ratio"),
+        (["nothing"], "sweep 'nothing': unknown, must be one of "),
         (["slit", "--trials", "-1"], "--trials -1: must be at least 0"),
         (["slit", "--jobs", "0"], "--jobs 0: must be at least 1"),
         (["slit", "--seed", "-3"], "--seed -3: must be at least 0"),
