@@ -194,7 +194,8 @@ class Run:
         system.prepare()
         exact = Tolerances(surface_error=1e-8, penetration=1e-8)
         end, method = model.time.end, model.solver.method
-        self.solved = Solved(system, step(system, end, end, method, tolerances=exact))
+        with clock("assemble"):
+            self.solved = Solved(system, step(system, end, end, method, tolerances=exact))
         self._count(clock.lap())
         return self.solved
 

@@ -347,8 +347,11 @@ def test_two_ranks_validate(reports: Callable[..., list[dict[str, Any]]]) -> Non
         assert (here["case"], here["parameters"], here["dofs"]) == (there["case"], there["parameters"], there["dofs"])
         assert there["certificate"]["complementarity"] <= 1e-8
         for name, quantity in here["quantities"].items():
-            value = there["quantities"][name]["computed"]
-            assert value == pytest.approx(quantity["computed"], rel=1e-9, abs=1e-12), (here["case"], name)
+            value, expected = there["quantities"][name]["computed"], quantity["computed"]
+            if expected is None:  # a half-width on so coarse a mesh
+                assert value is None, (here["case"], name)
+            else:
+                assert value == pytest.approx(expected, rel=1e-9, abs=1e-12), (here["case"], name)
 
 
 @pytest.mark.skipif(not (BIN / "mpiexec").exists(), reason="no mpiexec")
