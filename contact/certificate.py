@@ -7,7 +7,8 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from contact.system import Linearisation, System
+from contact.linearisation import Linearisation
+from contact.system import System
 
 Floats = NDArray[np.float64]
 

@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contact.certificate import Certificate, Tolerances, certify
+from contact.linearisation import Linearisation
 from contact.solvers import solve
 from contact.solvers.problem import ContactNotConvergedError, ContactProblem, InfeasibleError
-from contact.system import Linearisation, System
+from contact.system import System
 
 Floats = NDArray[np.float64]
 

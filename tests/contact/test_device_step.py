@@ -21,9 +21,9 @@ import contact.step
 from contact.certificate import Tolerances
 from contact.clock import Clock
 from contact.detection import nearest
+from contact.linearisation import Linearisation
 from contact.record import Record, RecordReader, compare
 from contact.solvers.problem import ContactNotConvergedError
-from contact.system import Linearisation
 from runs.cli import DONE, NOT_CONVERGED, main
 
 STEPS = """
