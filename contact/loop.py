@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contact.certificate import Tolerances, certify
-from contact.scene import Scene
+from contact.scene.schema import Scene
 from contact.solvers.problem import ContactNotConvergedError, InfeasibleError
 from contact.step import StepResult, step
 from contact.system import System

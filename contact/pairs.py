@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contact.coupling import Coupling
-from contact.detection import closest_points, first_root, root_along
 from contact.points import ContactPoints
 from contact.rows import Rows, SparseRows
-from contact.surfaces import Surface
+from contact.surfaces.detection import closest_points, first_root, root_along
+from contact.surfaces.implicit import Surface
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

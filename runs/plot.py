@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from contact.record import CERTIFICATE, RecordReader
-from runs.frame import Frame, Profile
-from runs.pictures import (
+from runs.pictures.frame import Frame, Profile
+from runs.pictures.plane import (
     ARROW,
     BLUE,
     GREEN,
@@ -60,12 +60,12 @@ def plot_record(path_record: str | os.PathLike[str], path_picture: str | os.Path
     if moving and not devices:
         raise ValueError(f"-o {path_picture}: only records of devices can be animated, must be a picture")
     if moving:
-        from runs.device_pictures import animate
+        from runs.pictures.devices import animate
 
         animate(path_record, path_picture)
         return
     if devices:
-        from runs.device_pictures import device_figure
+        from runs.pictures.devices import device_figure
 
         figure = device_figure(path_record, step)
     else:
@@ -76,12 +76,12 @@ def plot_record(path_record: str | os.PathLike[str], path_picture: str | os.Path
 def record_figure(path_record: str | os.PathLike[str], step: int = -1) -> Figure:
     """The figure of bodies without devices that `plot_record` saves; its parameters and errors.
 
-    Solids that touch each other in space hide their contact: they are drawn by `runs.solid_pictures`.
+    Solids that touch each other in space hide their contact: they are drawn by `runs.pictures.solids`.
     """
     figure = new_figure((12.0, 5.6))
     frame = Frame.read(path_record, step)
     if frame.touching_solids:
-        from runs.solid_pictures import solid_figure
+        from runs.pictures.solids import solid_figure
 
         return solid_figure(path_record, step)
     places = figure.add_gridspec(1, 2, width_ratios=(1.25, 1))

@@ -12,14 +12,14 @@ from mpi4py import MPI
 from petsc4py import PETSc
 from tqdm import tqdm
 
-from contact.build import build
-from contact.explain import explain
 from contact.loop import AcceptedStep, march
-from contact.output import Gatherer
 from contact.ranks import on_root
 from contact.record import Record, RecordReader
-from contact.scene import Scene, read_scene
-from runs.machine import commit
+from contact.record.output import Gatherer
+from contact.scene.build import build
+from contact.scene.explain import explain
+from contact.scene.schema import Scene, read_scene
+from runs.reports.machine import commit
 
 
 def command(arguments: argparse.Namespace, petsc_options: list[str]) -> int:

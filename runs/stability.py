@@ -13,7 +13,7 @@ from mpi4py import MPI
 from tqdm import tqdm
 
 from contact.ranks import on_root
-from runs.machine import machine, versions
+from runs.reports.machine import machine, versions
 from validation.stability import campaign
 from validation.stability.campaign import SWEEPS
 
@@ -66,7 +66,7 @@ def _write(folder: Path | None, report: dict[str, Any], as_json: bool) -> None:
     """Print the report, and write stability.json, stability.html and stability.png into the folder."""
     text = json.dumps(_plain(report))
     if folder:
-        from runs.stability_page import write_page
+        from runs.reports.stability_page import write_page
 
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "stability.json").write_text(text + "\n", encoding="utf8")

@@ -16,7 +16,7 @@ from tqdm import tqdm
 import validation.cases  # noqa: F401  enters the cases into the catalogue
 from contact.ranks import on_root
 from contact.solvers import METHODS
-from runs.machine import machine, versions
+from runs.reports.machine import machine, versions
 from runs.validate import change
 from validation.case import CASES
 from validation.study import pool, tables
@@ -216,7 +216,7 @@ class _Study:
 
 def _report(folder: Path, head: dict[str, Any], planned: list[Chain], as_json: bool) -> int:
     """Write the tables, the pictures and the page, and print what the study found."""
-    from runs.study_page import write_page
+    from runs.reports.study_page import write_page
 
     found = tables.tables(planned, _journal(folder).lines())
     tables.write(folder, head, found)

@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from tqdm import tqdm
 
 import validation.cases  # noqa: F401  enters the cases into the catalogue
-from contact.scene import first_error
+from contact.scene.schema import first_error
 from contact.solvers.problem import ContactNotConvergedError, InfeasibleError
 from validation.case import CASES, Case, Parameter, Quantity, Run, fitted_rate, plain, quantity_entry
 

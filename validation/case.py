@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from contact.build import build
 from contact.certificate import Tolerances
 from contact.clock import PHASES, Clock
 from contact.loop import AcceptedStep, march
 from contact.pairs import FiniteSliding, SmallSliding
 from contact.points import ContactPoints
-from contact.scene import Scene
+from contact.scene.build import build
+from contact.scene.schema import Scene
 from contact.step import StepResult, step
 from contact.system import System
 

@@ -15,9 +15,9 @@ from mpi4py import MPI
 from petsc4py import PETSc
 
 from contact import step as _step
-from contact.build import build
 from contact.loop import AcceptedStep, march
-from contact.scene import Scene
+from contact.scene.build import build
+from contact.scene.schema import Scene
 from contact.solvers import (
     METHODS,
     ContactNotConvergedError,

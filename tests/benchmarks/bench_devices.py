@@ -32,7 +32,7 @@ from petsc4py import PETSc  # noqa: E402
 import contact.clock  # noqa: E402
 import contact.solvers.gauss_seidel  # noqa: E402
 from contact.loop import AcceptedStep  # noqa: E402
-from contact.scene import Scene, read_scene  # noqa: E402
+from contact.scene.schema import Scene, read_scene  # noqa: E402
 from contact.solvers import METHODS, ContactProblem, DenseDelassus  # noqa: E402
 from contact.solvers.problem import Floats  # noqa: E402
 from contact.system import System  # noqa: E402

@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from contact.build import build
 from contact.certificate import Tolerances
 from contact.clock import Clock
-from contact.scene import Scene
+from contact.scene.build import build
+from contact.scene.schema import Scene
 from contact.step import step
 from meshes.generators import generate
 from meshes.mesh import Mesh

@@ -18,7 +18,7 @@ from bench_devices import Floats, run
 
 import contact.clock
 from contact.loop import AcceptedStep
-from contact.scene import Scene, read_scene
+from contact.scene.schema import Scene, read_scene
 from contact.system import System
 
 SEGMENTS = (10, 100, 1_000, 10_000)
@@ -53,7 +53,7 @@ def surrounded(scene: Scene, folder: Path, segments: int) -> tuple[Scene, int]:
     They lie on a lattice around the box of the scene's own vessels, the nearest ones first, as wide as those are in the
     median and as far apart as their kernels reach.
     """
-    from contact.scene_surfaces import BranchTable, tree_of_table
+    from contact.scene.surfaces import BranchTable, tree_of_table
 
     pair: Any = scene.contacts[0]
     if not getattr(pair.surface, "branches", []):

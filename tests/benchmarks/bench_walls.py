@@ -18,9 +18,9 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
-from contact.build import build
 from contact.loop import tolerances
-from contact.scene import Scene, read_scene
+from contact.scene.build import build
+from contact.scene.schema import Scene, read_scene
 from contact.step import StepResult, step
 from contact.system import System
 from fem.wall import Wall

@@ -6,8 +6,8 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
-from contact.build import build
-from contact.scene import Scene
+from contact.scene.build import build
+from contact.scene.schema import Scene
 from contact.system import System
 from fem.body import Body
 from fem.elasticity import Elasticity, State

@@ -8,10 +8,10 @@ import numpy as np
 from mpi4py import MPI
 
 import validation.cases  # noqa: F401  enters the cases
-from contact.build import build
 from contact.certificate import Tolerances
 from contact.loop import AcceptedStep, march
-from contact.scene import Scene
+from contact.scene.build import build
+from contact.scene.schema import Scene
 from contact.step import step
 from fem.body import Body
 from fem.elasticity import Elasticity

@@ -7,7 +7,7 @@ from mpi4py import MPI
 
 from contact.pairs import FiniteSliding, PointToPoint, SmallSliding, signed_distance
 from contact.points import mortar, nodal
-from contact.surfaces import Cylinder, Plane, Sphere, paraboloid
+from contact.surfaces.implicit import Cylinder, Plane, Sphere, paraboloid
 from fem.body import Body
 from fem.loads import Support
 from fem.scalar import Laplacian

@@ -8,7 +8,7 @@ from mpi4py import MPI
 from contact.pairs import FiniteSliding, SmallSliding
 from contact.points import mortar, nodal
 from contact.step import step
-from contact.surfaces import Plane, Sphere, paraboloid
+from contact.surfaces.implicit import Plane, Sphere, paraboloid
 from fem.body import Body
 from fem.elasticity import State
 from fem.integrators import Static

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from contact.element_rows import ElementRows
+from contact.devices.element_rows import ElementRows
 from contact.rows import SparseRows
 
 SIZE, WIDTH = 48, 12

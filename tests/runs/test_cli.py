@@ -18,7 +18,7 @@ import validation.cases  # noqa: F401  enters the cases into the catalogue
 from contact.certificate import Tolerances
 from contact.clock import PHASES
 from contact.record import RecordReader
-from contact.scene import SolverTable
+from contact.scene.schema import SolverTable
 from fem.factor import Factor
 from fem.iteration_matrix import IterationMatrices
 from fem.rigid_body import RigidBody

@@ -13,8 +13,8 @@ from matplotlib.collections import TriMesh
 from contact.record import CERTIFICATE, Grid, Record, StepData
 from meshes.mesh import Mesh
 from meshes.structured import grid as structured
-from runs.frame import arc_length, von_mises
-from runs.pictures import Patches, lattice, outer_faces, outline, subdivided, triangles
+from runs.pictures.frame import arc_length, von_mises
+from runs.pictures.plane import Patches, lattice, outer_faces, outline, subdivided, triangles
 from runs.plot import plot_record, record_figure
 
 A, P0, DEPTH = 0.3, 0.16, 0.09

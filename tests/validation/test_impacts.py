@@ -5,9 +5,9 @@ import pytest
 from mpi4py import MPI
 
 import fem.petsc  # noqa: F401  (before petsc4py)
-from contact.build import build
 from contact.loop import AcceptedStep, march
-from contact.scene import Scene
+from contact.scene.build import build
+from contact.scene.schema import Scene
 from validation.case import CASES, Parameter, Quantity, Run
 from validation.cases.impacts import CLOSE, History
 

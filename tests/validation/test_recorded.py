@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from contact.scene import read_scene
+from contact.scene.schema import read_scene
 from validation.recorded import answer, record, recorded
 from validation.study.plan import treatments
 

@@ -11,8 +11,8 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 from test_cases import solve, within
 
-from contact.build import build
-from contact.scene import Scene
+from contact.scene.build import build
+from contact.scene.schema import Scene
 from contact.step import step
 from meshes.blocks import box
 from meshes.mesh import Mesh

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from contact.surfaces import Graph
+from contact.surfaces.implicit import Graph
 from validation.case import Quantity, Run, case
 from validation.cases.interfaces import PAIR, half_box, inside_the_box, interface, two_bodies
 from validation.exact.axisymmetric import AxisymmetricContact

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from contact.devices import DeviceContact
+from contact.devices.device_contact import DeviceContact
 from contact.system import System
-from fem import beam_element
-from fem.beam import Beam
-from fem.beam_points import point_blocks
+from fem.beams import beam_element
+from fem.beams.beam import Beam
+from fem.beams.beam_points import point_blocks
 from validation.case import Parameter, Quantity, Run, case
 from validation.exact.columns import euler_load
 from validation.exact.common import positive

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.linalg import null_space
 from scipy.optimize import brentq
 
-from contact.devices import DeviceContact
+from contact.devices.device_contact import DeviceContact
 from validation.case import Parameter, Quantity, Rates, Run, case
 from validation.cases.beams import beam_of, elements, planar, rod, slopes, stiffness
 from validation.cases.rods import aligned

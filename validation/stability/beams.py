@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from contact.devices import DeviceContact
+from contact.devices.device_contact import DeviceContact
 from contact.system import System
 from validation.case import Quantity
 from validation.cases.beams import beam_of

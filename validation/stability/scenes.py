@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from contact.devices import DeviceContact
+from contact.devices.device_contact import DeviceContact
 from contact.solvers import ContactNotConvergedError, InfeasibleError
 from contact.system import System
 from validation.case import Run

@@ -108,7 +108,7 @@ def _attempt(
 
 def _record(scene: str, files: str, problems: int, seconds: float) -> Iterator[dict[str, Any]]:
     """Record contact problems from the first part of a scene."""
-    from contact.scene import read_scene
+    from contact.scene.schema import read_scene
     from validation.recorded import record
 
     path, folder = Path(scene), Path(files)

@@ -1,0 +1,1 @@
+"""Contact between the surfaces of two bodies."""

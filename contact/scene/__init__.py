@@ -1,0 +1,1 @@
+"""Scenes: their schema, and what is built from them."""

@@ -1,0 +1,1 @@
+"""Surfaces that bodies are kept off, and where motions meet them."""

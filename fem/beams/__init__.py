@@ -1,0 +1,1 @@
+"""Beams: elements, sections, and the chain of blocks that their matrices are."""

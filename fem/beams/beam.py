@@ -1,0 +1,413 @@
+"""A beam as a body: large rotations, one block-tridiagonal iteration matrix, factorised as often as it changes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, Self
+
+import numpy as np
+from mpi4py import MPI
+from numpy.typing import NDArray
+
+from fem.beams import beam_kernels as kernels
+from fem.beams import nodal_kernels
+from fem.beams.beam_element import BeamData
+from fem.beams.beam_parts import BeamInertia, BeamLoads, ChainSpace, Drive, Line
+from fem.beams.chain import matrix_of
+from fem.integrators import Integrator, Static
+from fem.rotations import exp
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+State = tuple[Floats, ...]
+
+# The largest rotation [rad] and displacement [radii, or elements of a beam without radius] of a node in one pass.
+TURN, SHIFT = 0.3, 4.0
+
+
+class Beam:
+    """A chain of beam elements: A d = f_ext − f_int − inertia about its present configuration.
+
+    Unknowns are, node by node, increments of position and spatial spins (dx, dθ): x ← x + dx, R ← exp(dθ) R. Every rank
+    holds all of a beam and computes the same.
+
+    Parameters
+    ----------
+    name : names it in scenes, messages and records
+    x, R : nodes (N, 3) [m] and their frames (N, 3, 3), columns t, d₂, d₃, where the run starts
+    data : rest shape and stiffness of the elements
+    radius : outer radius of each element, (N − 1) [m]
+    drives, loads : what holds it and what acts on it
+    inertia : None in statics
+
+    Attributes
+    ----------
+    u : the free increment d about the present configuration, (6 N)
+    """
+
+    deformable = True
+    linear = False
+    model = None
+
+    def __init__(
+        self,
+        name: str,
+        x: Floats,
+        R: Floats,
+        data: BeamData,
+        radius: Floats,
+        drives: Sequence[Drive] = (),
+        loads: BeamLoads | None = None,
+        inertia: BeamInertia | None = None,
+    ) -> None:
+        self.name, self.data, self.radius = name, data, radius
+        self.drives, self.loads, self.inertia = list(drives), loads or BeamLoads(), inertia
+        n = len(x)
+        self.space, self.comm = ChainSpace(Line(x.copy())), MPI.COMM_SELF
+        self.start, self.start_frames = x.copy(), R.copy()
+        self.x, self.R, self.edges = x.copy(), R.copy(), np.diff(x, axis=0)
+        self.v = np.tile(np.array(inertia.velocity if inertia else (0.0, 0.0, 0.0)), (n, 1))
+        self.w = np.zeros((n, 3))
+        self.u = np.zeros(6 * n)
+        self.load = np.zeros(6 * n)
+        self.fixed = np.zeros(6 * n, dtype=bool)
+        for drive in self.drives:
+            self.fixed[6 * drive.node + np.array(drive.components, dtype=int)] = True
+        self.modes = np.zeros((6 * n, 0))
+        self.size = float(np.ptp(x, axis=0).max())
+        self._history: State = self._configuration()
+        self._integrator: Integrator = Static()
+        self._damped = data
+        self._stress: Floats | None = None
+        self._extra: tuple[Ints, Floats] | None = None
+        self._forces: tuple[Floats, Floats] | None = None
+        self._fresh = self._factorised = False
+        self._matrix = matrix_of(self.fixed)
+        # Moments are measured against forces by an element's length.
+        self._reach = float(radius.max()) or float(data.length.max())
+        self._unit = np.tile(np.repeat([1.0, 1 / float(data.length.mean())], 3), n)
+        self._least = _least(data)
+        if inertia is None:
+            self._check_held()
+
+    def _check_held(self) -> None:
+        """ValueError where no support resists some rigid motion of a static beam."""
+        arm = self.x - self.x.mean(axis=0)
+        modes = np.zeros((len(arm), 6, 6))
+        modes[:, :3, :3] = modes[:, 3:, 3:] = np.eye(3)
+        for i, e in enumerate(np.eye(3)):
+            modes[:, :3, 3 + i] = np.cross(e, arm) / self.size
+        held = np.linalg.matrix_rank(modes.reshape(-1, 6)[self.fixed], tol=1e-9) if self.fixed.any() else 0
+        if held < 6:
+            raise ValueError(
+                f"body {self.name!r}: {6 - held} rigid motion(s) that no support holds; "
+                "add supports, or a density and an integrator in time"
+            )
+
+    # --- state ----------------------------------------------------------------------------------------------------
+
+    @property
+    def A(self) -> Any:
+        """The iteration matrix as a PETSc matrix."""
+        return self._matrix.A
+
+    @property
+    def definite(self) -> bool:
+        """Whether the factor has shown A to be positive definite."""
+        return self._matrix.definite
+
+    @property
+    def held(self) -> Bools:
+        """The unknowns that A does not move."""
+        return self.fixed
+
+    def _configuration(self) -> State:
+        return self.x, self.R, self.edges, self.v, self.w
+
+    def state(self) -> State:
+        """What a rejected step must give back."""
+        return tuple(part.copy() for part in self._configuration())
+
+    def restore(self, state: State) -> None:
+        """Return to a `state`."""
+        self.x, self.R, self.edges, self.v, self.w = (part.copy() for part in state)
+        self._moved()
+
+    def checkpoint(self) -> dict[str, Floats]:
+        """The state by names, for a record."""
+        return dict(zip(("x", "R", "edges", "v", "w"), self.state(), strict=True))
+
+    def resume(self, saved: dict[str, Floats]) -> None:
+        """Take up a `checkpoint`; ValueError where it is another beam's."""
+        if saved.get("x", np.empty(0)).shape != self.x.shape:
+            raise ValueError(f"resume: the record's body {self.name!r} has another number of nodes than the scene's")
+        self.restore(tuple(np.asarray(saved[key]) for key in ("x", "R", "edges", "v", "w")))
+
+    def coordinates(self) -> Floats:
+        """The free increment, in which constraints are linear."""
+        return self.u
+
+    def trial(self) -> tuple[Floats, Floats]:
+        """Nodes and frames after the free increment."""
+        if not self.u.any():
+            return self.x, self.R
+        x, R, _ = kernels.update(self.x, self.R, self.edges, self.u.reshape(-1, 6))
+        return x, R
+
+    @property
+    def points(self) -> Floats:
+        """Positions of the nodes at the start, (N, 3) [m]."""
+        return self.start
+
+    @property
+    def displacement(self) -> Floats:
+        """Displacements of the nodes since the start, (N, 3) [m]."""
+        moved: Floats = self.x - self.start
+        return moved
+
+    # --- a step ---------------------------------------------------------------------------------------------------
+
+    def begin(self, t: float, integrator: Integrator) -> None:
+        """Start a step that ends at t: loads and prescribed motion of t, the nodes where their velocities lead.
+
+        Raises
+        ------
+        ValueError
+            where a load or a prescribed motion is not finite.
+        """
+        self._history, self._integrator = self.state(), integrator
+        d = np.zeros((self.space.nodes, 6))
+        if self.inertia is not None:
+            d[:, :3], d[:, 3:] = self.v / integrator.damping, self.w / integrator.damping
+            d.reshape(-1)[self.fixed] = 0.0
+            self._begin_dynamics(integrator)
+        for drive in self.drives:
+            if drive.motion is not None:
+                self._follow(drive, drive.motion(t), d[drive.node])
+        self._load(t)
+        if not (np.isfinite(d).all() and np.isfinite(self.load).all()):
+            raise ValueError(f"body {self.name!r}: a support or load is not finite at t = {t:.6g}")
+        self._shift(d)
+        self.renew()
+
+    def _follow(self, drive: Drive, motion: Floats, d: Floats) -> None:
+        """The increments that bring a node to its prescribed place."""
+        i = drive.node
+        to = np.concatenate(
+            [
+                self.start[i] + motion[:3] - self.x[i],
+                self._turn_to(i, motion[3:]),
+            ]
+        )
+        held = list(drive.components)
+        d[held] = to[held]
+
+    def _turn_to(self, i: int, rotation: Floats) -> Floats:
+        """The spin that brings node i to a rotation vector since the start."""
+        frame = self.start_frames[i] if not rotation.any() else exp(rotation) @ self.start_frames[i]
+        spin: Floats = kernels.relative_rotations(self.R[i : i + 1], np.ascontiguousarray(frame)[None])[0]
+        return spin
+
+    def _begin_dynamics(self, integrator: Integrator) -> None:
+        """Inertia, rates of strain, and the stress before the step.
+
+        The prediction stretches the beam: its geometric stiffness is better taken from the stress before it.
+        """
+        inertia = self.inertia
+        assert inertia is not None
+        b, data = inertia.rayleigh[1], self.data
+        self._J = nodal_kernels.spatial_inertia(self.R, inertia.rotary)
+        gamma, psi = kernels.strains(self.edges, self.R)
+        self._stress = np.hstack([data.axial * (gamma - data.chord), data.bending * (psi - data.twist)])
+        if b:
+            # b K v as a stress of the rate of strain: (1 + b/dt) C (γ − γ₀'), with γ₀' between γ₀ and γ_n.
+            rate = b * integrator.damping
+            self._damped = replace(
+                data,
+                chord=(data.chord + rate * gamma) / (1 + rate),
+                twist=(data.twist + rate * psi) / (1 + rate),
+                axial=(1 + rate) * data.axial,
+                bending=(1 + rate) * data.bending,
+            )
+            self._least = _least(self._damped)
+
+    def _load(self, t: float) -> None:
+        f = np.zeros((self.space.nodes, 6))
+        if self.loads.line is not None:
+            self._line = self.loads.line(t)
+            half = self.data.length[:, None] / 2 * self._line
+            f[:-1, :3] += half
+            f[1:, :3] += half
+        if self.loads.gravity is not None and self.inertia is not None:
+            mass = self.inertia.nodes.copy()
+            mass[:-1] += self.inertia.links
+            mass[1:] += self.inertia.links
+            f[:, :3] += np.outer(mass, self.loads.gravity(t))
+        for node, value in self.loads.points:
+            f[node] += value(t)
+        self.load = f.ravel()
+
+    def renew(self) -> None:
+        """Let A be formed anew about the present configuration."""
+        self._fresh = self._factorised = False
+
+    def stiffen(self, elements: Ints, blocks: Floats) -> None:
+        """Add blocks (q, 12, 12) of given elements to the next A."""
+        self._extra = elements, blocks
+
+    def assemble(self) -> None:
+        """Form A = inertia M + damping B + K about the present configuration, if it is not that already."""
+        if self._fresh:
+            return
+        data = self._damped
+        diagonal, upper, _ = kernels.assemble_blocks(
+            self.edges, self.R, data.chord, data.twist, data.axial, data.bending, self._stress
+        )
+        self._stress = None
+        if self.inertia is not None:
+            a, _ = self.inertia.rayleigh
+            factor = self._integrator.inertia + a * self._integrator.damping
+            nodal_kernels.add_inertia(diagonal, upper, self.inertia.nodes, self.inertia.links, self._J, factor)
+        if self._extra is not None:
+            kernels.add_element_blocks(diagonal, upper, *self._extra)
+            self._extra = None
+        self._matrix.fill(diagonal, upper)
+        self._fresh = True
+
+    def factor(self) -> None:
+        """Factorise A, if it is new."""
+        if not self._factorised:
+            self._matrix.factor()
+            self._factorised = True
+
+    def free_motion(self, contact: Floats | None = None) -> None:
+        """u = A⁻¹ (f_ext − f_int − inertia + contact), the increment without new contact forces."""
+        inner, outer = self._balance()
+        rest = outer - inner
+        if contact is not None:
+            rest += contact
+        self.u = self.solve(rest[:, None])[:, 0]
+
+    def add(self, increment: Floats) -> None:
+        """Add to the free increment."""
+        self.u = self.u + increment
+
+    def correct(self, increment: Floats) -> None:
+        """Move by the free increment and `increment` together; the free increment is used up.
+
+        Where the linearisation would turn or shift a node further than it holds, all move by a part of it.
+        """
+        d = (self.u + increment).reshape(-1, 6)
+        shift, turn = nodal_kernels.furthest(d)
+        excess = max(turn / TURN, shift / (SHIFT * self._reach))
+        self._shift(d if excess <= 1 else d / excess)
+
+    def _shift(self, d: Floats) -> None:
+        self.x, self.R, self.edges = kernels.update(self.x, self.R, self.edges, d)
+        self._moved()
+
+    def _moved(self) -> None:
+        self.u = np.zeros(6 * self.space.nodes)
+        self._forces = None
+        self._fresh = False
+
+    def accept(self) -> None:
+        """The end of the step: velocities over it, v = (x − x_n)/dt and w = log(R R_nᵀ)/dt."""
+        if self.inertia is not None:
+            x_n, R_n, *_ = self._history
+            self.v = self._integrator.damping * (self.x - x_n)
+            self.w = self._integrator.damping * kernels.relative_rotations(R_n, self.R)
+
+    # --- forces ---------------------------------------------------------------------------------------------------
+
+    def _balance(self) -> tuple[Floats, Floats]:
+        """Internal with inertia forces, and external forces, of the present configuration, (6 N)."""
+        if self._forces is None:
+            data = self._damped
+            inner = kernels.assemble_forces(self.edges, self.R, data.chord, data.twist, data.axial, data.bending)
+            if self.inertia is not None:
+                self._add_inertia(inner)
+            outer = self.load
+            if self.loads.line is not None:
+                # What the Hermite interpolation makes of a line load, beside half of it a node.
+                outer = outer.copy()
+                nodal_kernels.add_line_moments(outer.reshape(-1, 6), self.R, self.data.length, self._line)
+            self._forces = inner.ravel(), outer
+        return self._forces
+
+    def _add_inertia(self, f: Floats) -> None:
+        """Add inertia and the damping a M v to forces (N, 6)."""
+        inertia, scheme = self.inertia, self._integrator
+        assert inertia is not None
+        x_n, R_n, _, v_n, w_n = self._history
+        nodal_kernels.add_inertia_forces(
+            f,
+            self.x - x_n,
+            kernels.relative_rotations(R_n, self.R),
+            v_n,
+            w_n,
+            inertia.nodes,
+            inertia.links,
+            self._J,
+            scheme.inertia + inertia.rayleigh[0] * scheme.damping,
+            scheme.damping,
+        )
+
+    def residual(self) -> Floats:
+        """f_ext − f_int − inertia, zero at prescribed unknowns."""
+        inner, outer = self._balance()
+        return np.where(self.fixed, 0.0, outer - inner)
+
+    def imbalance(self, contact: Floats) -> float:
+        """‖f_int + inertia − f_ext − Hᵀλ‖ over the sum of the norms; moments count over an element's length."""
+        inner, outer = self._balance()
+        norms = nodal_kernels.norms(inner, outer, contact, self.fixed, self._unit)
+        ratio = float(norms[0] / max(norms[1] + norms[2] + norms[3], self._least))
+        return ratio if np.isfinite(ratio) else 1.0
+
+    def reactions(self) -> Floats:
+        """f_int + inertia − f_ext of each node where an unknown of it is prescribed, (N, 6) [N, N m]; contact apart."""
+        inner, outer = self._balance()
+        reactions: Floats = np.where(self.fixed, inner - outer, 0.0).reshape(-1, 6)
+        return reactions
+
+    def energy(self) -> dict[str, float]:
+        """Kinetic and strain energy [J]."""
+        gamma, psi = kernels.strains(self.edges, self.R)
+        data = self.data
+        strain = ((gamma - data.chord) ** 2 * data.axial + (psi - data.twist) ** 2 * data.bending).sum() / 2
+        kinetic = 0.0
+        if self.inertia is not None:
+            momentum = self.inertia.nodes[:, None] * self.v
+            momentum[:-1] += self.inertia.links[:, None] * self.v[1:]
+            momentum[1:] += self.inertia.links[:, None] * self.v[:-1]
+            J = np.einsum("nij,nj,nkj->nik", self.R, self.inertia.rotary, self.R)
+            kinetic = float((momentum * self.v).sum() + np.einsum("ni,nij,nj->", self.w, J, self.w)) / 2
+        return {"kinetic": kinetic, "strain": float(strain)}
+
+    # --- solves ---------------------------------------------------------------------------------------------------
+
+    def solve(self, B: Floats) -> Floats:
+        """X = A⁻¹ B, (6 N, k)."""
+        return self._matrix.solve(B)
+
+    def delassus(self, values: Floats, elements: Ints) -> Floats | None:
+        """H A⁻¹ Hᵀ (c, c) for rows with entries (c, 12) on given elements, or None where only solves give it."""
+        return self._matrix.delassus(values, elements)
+
+    def close(self) -> None:
+        """Destroy the matrix and its solver."""
+        self._matrix.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+
+def _least(data: BeamData) -> float:
+    """The least force that an imbalance is measured by: 1e-8 of it is a strain of 1e-15, the round-off of strains."""
+    return 1e-7 * float((data.axial[:, 0] * data.length).max())

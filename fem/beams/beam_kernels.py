@@ -1,0 +1,344 @@
+"""The beam element, compiled: one loop over a chain of elements (i, i + 1) fills nodal forces and 6 × 6 blocks.
+
+Oracle: `beam_element`, whose symbols these are. Here the work is done in the fixed frame, where ψ, c, N, L, M, P are
+plain vectors, c is the element's edge, and every product with a cross-product matrix is a cross product: no matrix is
+rotated.
+
+Edges x₂ − x₁ (N − 1, 3) are kept beside the positions and updated by differences of increments: formed from positions
+far from the origin they would lose digits that EA multiplies. An element whose ends turn by π against each other has no
+mean frame; its forces are not finite.
+"""
+
+from __future__ import annotations
+
+from math import atan2, cos, sin, sqrt
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from fem.beams.beam_element import SERIES_Q, SERIES_S, SMALL
+from fem.vectors import (
+    Matrix,
+    Vector,
+    add,
+    column,
+    combined,
+    cross,
+    dot,
+    minus_spin,
+    rows_cross,
+    scaled,
+    spatial,
+    times,
+    transposed,
+)
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+S0, S1, S2, S3, S4, S5, S6, S7 = SERIES_S
+Q0, Q1, Q2, Q3, Q4, Q5, Q6 = SERIES_Q
+
+
+@njit(cache=True, error_model="numpy")
+def _half_turn(R: Floats, i: int) -> tuple[float, Vector]:
+    """cos ½θ and the components of n sin ½θ for the rotation by θ < π about n from node i's frame to the next one's."""
+    a1, a2, a3 = column(R, i, 0), column(R, i, 1), column(R, i, 2)
+    b1, b2, b3 = column(R, i + 1, 0), column(R, i + 1, 1), column(R, i + 1, 2)
+    w = 0.5 * sqrt(max(0.0, 1.0 + dot(a1, b1) + dot(a2, b2) + dot(a3, b3)))
+    f = 0.25 / w
+    v = (dot(a3, b2) - dot(a2, b3), dot(a1, b3) - dot(a3, b1), dot(a2, b1) - dot(a1, b2))
+    return w, times(f, v)
+
+
+@njit(cache=True, error_model="numpy")
+def _frame(R: Floats, i: int) -> tuple[float, float, Vector, Vector, Vector, Vector]:
+    """s, cos ½θ, ψ in components, and the columns of the mean frame of element i."""
+    w, v = _half_turn(R, i)
+    sine = sqrt(dot(v, v))
+    s = atan2(sine, w) / sine if sine > 0.0 else 1.0
+    psi = times(2.0 * s, v)
+    # exp(½ψ) = I + k w̃ v^ + k v^v^ from the quaternion (1 + w, v)/√(2 + 2w)
+    k = 1.0 / (1.0 + w)
+    a1, a2, a3 = column(R, i, 0), column(R, i, 1), column(R, i, 2)
+    x, y, z = v
+    e1 = combined(1.0 - k * (y * y + z * z), a1, z + k * x * y, a2, k * x * z - y, a3)
+    e2 = combined(k * x * y - z, a1, 1.0 - k * (x * x + z * z), a2, x + k * y * z, a3)
+    e3 = combined(y + k * x * z, a1, k * y * z - x, a2, 1.0 - k * (x * x + y * y), a3)
+    return s, w, psi, e1, e2, e3
+
+
+@njit(cache=True, error_model="numpy")
+def _r(t: float, s: float) -> float:
+    """(1 − s)/t."""
+    if t < SMALL:
+        return -(S1 + t * (S2 + t * (S3 + t * (S4 + t * (S5 + t * (S6 + t * S7))))))
+    return (1.0 - s) / t
+
+
+@njit(cache=True, error_model="numpy")
+def _rates(t: float, s: float, r: float, q: float, w: float) -> Vector:
+    """(ds/dθ)/θ, (dr/dθ)/θ, (dq/dθ)/θ."""
+    if t < SMALL:
+        ds = 2 * (S1 + t * (2 * S2 + t * (3 * S3 + t * (4 * S4 + t * (5 * S5 + t * (6 * S6 + t * 7 * S7))))))
+        dr = -2 * (S2 + t * (2 * S3 + t * (3 * S4 + t * (4 * S5 + t * (5 * S6 + t * 6 * S7)))))
+        dq = 2 * (Q1 + t * (2 * Q2 + t * (3 * Q3 + t * (4 * Q4 + t * (5 * Q5 + t * 6 * Q6)))))
+        return ds, dr, dq
+    ds = s * (1.0 - s * w) / t
+    return ds, -(ds + 2.0 * r) / t, (0.25 / (1.0 + w) - q) / t
+
+
+@njit(cache=True, error_model="numpy")
+def _straightened(psi: Vector, a: Vector) -> Vector:
+    """Za = a − ψ×(ψ×a)/24."""
+    return add(times(1.0 + dot(psi, psi) / 24.0, a), times(-dot(psi, a) / 24.0, psi))
+
+
+@njit(cache=True, error_model="numpy")
+def _stress(strain: Vector, rest: Floats, stiffness: Floats, i: int, e1: Vector, e2: Vector, e3: Vector) -> Vector:
+    """Σ kⱼ (strain·eⱼ − restⱼ) eⱼ."""
+    f1 = stiffness[i, 0] * (dot(e1, strain) - rest[i, 0])
+    f2 = stiffness[i, 1] * (dot(e2, strain) - rest[i, 1])
+    f3 = stiffness[i, 2] * (dot(e3, strain) - rest[i, 2])
+    return combined(f1, e1, f2, e2, f3, e3)
+
+
+@njit(cache=True, error_model="numpy")
+def _moment(M: Vector, N: Vector, c: Vector, psi: Vector) -> Vector:
+    """∂U/∂ψ where D₂(ψ − ψ₀) = M and D₁(γ − γ₀) = N: M + ψ N·c/12 − (N ψ·c + c ψ·N)/24."""
+    return add(M, combined(dot(N, c) / 12.0, psi, -dot(psi, c) / 24.0, N, -dot(psi, N) / 24.0, c))
+
+
+@njit(cache=True, error_model="numpy")
+def _second_derivatives(D1: Matrix, D2: Matrix, N: Vector, c: Vector, psi: Vector) -> tuple[Matrix, Matrix, Matrix]:
+    """E, F, V as `beam_element` has them; N = D₁(γ − γ₀)."""
+    alpha, psi_c = 1.0 + dot(psi, psi) / 24.0, dot(psi, c)
+    w = dot(D1[0], psi), dot(D1[1], psi), dot(D1[2], psi)
+    v = dot(D1[0], c), dot(D1[1], c), dot(D1[2], c)
+    psi_w, psi_v = dot(psi, w), dot(psi, v)
+    # D₁B with B = ∂(Zc)/∂ψ = cψᵀ/12 − (ψcᵀ + ψ·c I)/24, and ψ and c times it
+    DB = (
+        combined(v[0] / 12.0, psi, -w[0] / 24.0, c, -psi_c / 24.0, D1[0]),
+        combined(v[1] / 12.0, psi, -w[1] / 24.0, c, -psi_c / 24.0, D1[1]),
+        combined(v[2] / 12.0, psi, -w[2] / 24.0, c, -psi_c / 24.0, D1[2]),
+    )
+    psi_DB = combined(psi_v / 12.0, psi, -psi_w / 24.0, c, -psi_c / 24.0, w)
+    c_DB = combined(dot(c, v) / 12.0, psi, -psi_v / 24.0, c, -psi_c / 24.0, v)
+    on_E = add(times(psi_w / 576.0, psi), times(-alpha / 24.0, w))
+    E = (
+        combined(alpha * alpha, D1[0], psi[0], on_E, -alpha / 24.0 * w[0], psi),
+        combined(alpha * alpha, D1[1], psi[1], on_E, -alpha / 24.0 * w[1], psi),
+        combined(alpha * alpha, D1[2], psi[2], on_E, -alpha / 24.0 * w[2], psi),
+    )
+    both, f = times(-1.0 / 24.0, add(psi_DB, N)), -dot(psi, N) / 24.0
+    F = (
+        add((f, 0.0, 0.0), combined(alpha, DB[0], psi[0], both, N[0] / 12.0, psi)),
+        add((0.0, f, 0.0), combined(alpha, DB[1], psi[1], both, N[1] / 12.0, psi)),
+        add((0.0, 0.0, f), combined(alpha, DB[2], psi[2], both, N[2] / 12.0, psi)),
+    )
+    g, h, on_V = dot(N, c) / 12.0, -psi_c / 24.0, times(1.0 / 12.0, c_DB)
+    V = (
+        add(add(D2[0], (g, 0.0, 0.0)), add(combined(psi[0], on_V, c[0], both, h, DB[0]), times(-N[0] / 24.0, c))),
+        add(add(D2[1], (0.0, g, 0.0)), add(combined(psi[1], on_V, c[1], both, h, DB[1]), times(-N[1] / 24.0, c))),
+        add(add(D2[2], (0.0, 0.0, g)), add(combined(psi[2], on_V, c[2], both, h, DB[2]), times(-N[2] / 24.0, c))),
+    )
+    return E, F, V
+
+
+@njit(cache=True, error_model="numpy")
+def _add_forces(f: Floats, i: int, N: Vector, L: Vector, P: Vector) -> None:
+    for k in range(3):
+        f[i, k] -= N[k]
+        f[i, 3 + k] += 0.5 * L[k] - P[k]
+        f[i + 1, k] += N[k]
+        f[i + 1, 3 + k] += 0.5 * L[k] + P[k]
+
+
+@njit(cache=True, error_model="numpy")
+def assemble_forces(
+    edges: Floats, R: Floats, chord: Floats, twist: Floats, axial: Floats, bending: Floats
+) -> Floats:  # fmt: skip
+    """The sum of `beam_element.forces` at the nodes, (N, 6) [N, N m].
+
+    Parameters
+    ----------
+    edges : x₂ − x₁ (N − 1, 3) [m]
+    R : frames (N, 3, 3)
+    chord, twist, axial, bending : (N − 1, 3), as in `beam_element.BeamData`
+    """
+    f = np.zeros((len(R), 6))
+    for i in range(len(edges)):
+        s, w, angles, e1, e2, e3 = _frame(R, i)
+        c = (edges[i, 0], edges[i, 1], edges[i, 2])
+        psi = combined(angles[0], e1, angles[1], e2, angles[2], e3)
+        stress = _stress(_straightened(psi, c), chord, axial, i, e1, e2, e3)
+        M = _moment(_stress(psi, twist, bending, i, e1, e2, e3), stress, c, psi)
+        N = _straightened(psi, stress)
+        L = cross(N, c)
+        r, q = _r(dot(psi, psi), s), 0.25 / (s * (1.0 + w))
+        P = combined(q, cross(psi, L), s, M, r * dot(psi, M), psi)
+        _add_forces(f, i, N, L, P)
+    return f
+
+
+@njit(cache=True, error_model="numpy")
+def assemble_blocks(
+    edges: Floats, R: Floats, chord: Floats, twist: Floats, axial: Floats, bending: Floats, stress: Floats | None = None
+) -> tuple[Floats, Floats, Floats]:
+    """Tangent and forces in one sweep; parameters as for `assemble_forces`.
+
+    Parameters
+    ----------
+    stress : (N − 1, 6) forces D₁(γ − γ₀) [N] and moments D₂(ψ − ψ₀) [N m] in the element's frame to form both with,
+        instead of those of the configuration
+
+    Returns
+    -------
+    diagonal, upper : (N, 6, 6) and (N − 1, 6, 6), the sum of `beam_element.stiffness`: K's blocks (i, i) and (i, i + 1)
+    f : (N, 6) as from `assemble_forces`
+    """
+    n = len(R)
+    diagonal, upper, f = np.zeros((n, 6, 6)), np.empty((n - 1, 6, 6)), np.zeros((n, 6))
+    for i in range(n - 1):
+        s, w, angles, e1, e2, e3 = _frame(R, i)
+        c = (edges[i, 0], edges[i, 1], edges[i, 2])
+        psi = combined(angles[0], e1, angles[1], e2, angles[2], e3)
+        if stress is None:
+            force = _stress(_straightened(psi, c), chord, axial, i, e1, e2, e3)
+            moment = _stress(psi, twist, bending, i, e1, e2, e3)
+        else:
+            force = combined(stress[i, 0], e1, stress[i, 1], e2, stress[i, 2], e3)
+            moment = combined(stress[i, 3], e1, stress[i, 4], e2, stress[i, 5], e3)
+        M = _moment(moment, force, c, psi)
+        N = _straightened(psi, force)
+        L = cross(N, c)
+        t, psi_M = dot(psi, psi), dot(psi, M)
+        r, q = _r(t, s), 0.25 / (s * (1.0 + w))
+        ds, dr, dq = _rates(t, s, r, q, w)
+        turn = cross(psi, L)
+        P = combined(q, turn, s, M, r * psi_M, psi)
+        _add_forces(f, i, N, L, P)
+
+        D1, D2 = spatial(axial, i, e1, e2, e3), spatial(bending, i, e1, e2, e3)
+        E, F, V = _second_derivatives(D1, D2, force, c, psi)
+        # On u: E, G = Ec^ − N^, GQ + FS. On A and D, with X = Gᵀc^: X − L^, (X − L^)Q − c^FS, qzX − P^ + SFᵀc^, …
+        G = minus_spin(rows_cross(E, c), N)
+        Gz = rows_cross(G, psi)
+        FS = (
+            add(times(s, F[0]), times(r * dot(F[0], psi), psi)),
+            add(times(s, F[1]), times(r * dot(F[1], psi), psi)),
+            add(times(s, F[2]), times(r * dot(F[2], psi), psi)),
+        )
+        SFc = rows_cross(transposed(FS), c)
+        SFcz = rows_cross(SFc, psi)
+        X = rows_cross(transposed(G), c)
+        AA = minus_spin(X, L)
+        AAz = rows_cross(AA, psi)
+        DA = minus_spin(scaled(-q, transposed(rows_cross(transposed(X), psi))), P)
+        DAz = rows_cross(DA, psi)
+
+        # dP's part in dψ, symmetric: a I + sym(p ψᵀ) + s²V with p collecting all that multiplies ψ
+        Y = dot(V[0], psi), dot(V[1], psi), dot(V[2], psi)
+        along = dr * psi_M + 2.0 * r * r * psi_M + r * r * dot(psi, Y)
+        p = add(combined(dq + q * r, turn, ds + r * s, M, along, psi), times(2.0 * s * r, Y))
+        isotropic = r * s * psi_M
+
+        for a in range(3):
+            for b in range(3):
+                aa = 0.125 * (AA[a][b] + AA[b][a])
+                ad = 0.25 * (DA[b][a] - q * AAz[a][b]) + 0.5 * SFc[b][a]
+                da = 0.25 * (DA[a][b] - q * AAz[b][a]) + 0.5 * SFc[a][b]
+                dd = s * s * V[a][b] + 0.5 * (p[a] * psi[b] + p[b] * psi[a])
+                dd -= 0.5 * q * (DAz[a][b] + DAz[b][a]) + q * (SFcz[a][b] + SFcz[b][a])
+                if a == b:
+                    dd += isotropic
+                ud = FS[a][b] - q * Gz[a][b]
+                uu, minus, plus = E[a][b], 0.5 * G[a][b] - ud, 0.5 * G[a][b] + ud
+                diagonal[i, a, b] += uu
+                diagonal[i + 1, a, b] += uu
+                upper[i, a, b] = -uu
+                diagonal[i, a, 3 + b] -= minus
+                diagonal[i, 3 + b, a] -= minus
+                diagonal[i + 1, a, 3 + b] += plus
+                diagonal[i + 1, 3 + b, a] += plus
+                upper[i, a, 3 + b] = -plus
+                upper[i, 3 + b, a] = minus
+                diagonal[i, 3 + a, 3 + b] += aa - ad - da + dd
+                diagonal[i + 1, 3 + a, 3 + b] += aa + ad + da + dd
+                upper[i, 3 + a, 3 + b] = aa + ad - da - dd
+    return diagonal, upper, f
+
+
+@njit(cache=True, error_model="numpy")
+def strains(edges: Floats, R: Floats) -> tuple[Floats, Floats]:
+    """`beam_element.strains`: γ and ψ, (N − 1, 3) each."""
+    chord, twist = np.empty_like(edges), np.empty_like(edges)
+    for i in range(len(edges)):
+        _, _, psi, e1, e2, e3 = _frame(R, i)
+        c = (edges[i, 0], edges[i, 1], edges[i, 2])
+        chord[i, 0], chord[i, 1], chord[i, 2] = _straightened(psi, (dot(e1, c), dot(e2, c), dot(e3, c)))
+        twist[i, 0], twist[i, 1], twist[i, 2] = psi
+    return chord, twist
+
+
+@njit(cache=True, error_model="numpy")
+def _turned(x: float, y: float, z: float, a: Vector) -> Vector:
+    """exp((x, y, z)^) a."""
+    t = x * x + y * y + z * z
+    half = 0.5 * sqrt(t)
+    k = 1.0 if half == 0.0 else sin(half) / half
+    spin = (x, y, z)
+    first = cross(spin, a)
+    return add(a, combined(k * cos(half), first, 0.5 * k * k, cross(spin, first), 0.0, a))
+
+
+@njit(cache=True, error_model="numpy")
+def relative_rotations(R1: Floats, R2: Floats) -> Floats:
+    """log(R₂R₁ᵀ) (N, 3) [rad], for turns below π."""
+    theta = np.empty((len(R1), 3))
+    pair = np.empty((2, 3, 3))
+    for i in range(len(R1)):
+        # rows as columns: the turn between R₂ᵀ and R₁ᵀ has the components in the fixed frame
+        for j in range(3):
+            for k in range(3):
+                pair[0, j, k], pair[1, j, k] = R2[i, k, j], R1[i, k, j]
+        _, _, psi, _, _, _ = _frame(pair, 0)
+        theta[i, 0], theta[i, 1], theta[i, 2] = psi
+    return theta
+
+
+@njit(cache=True, error_model="numpy")
+def update(x: Floats, R: Floats, edges: Floats, d: Floats) -> tuple[Floats, Floats, Floats]:
+    """x + dx, exp(dθ) R orthonormal to round-off (`rotations.composed`), and the edges, for d = (dx, dθ) (N, 6)."""
+    x_new, R_new, edges_new = np.empty_like(x), np.empty_like(R), np.empty_like(edges)
+    for i in range(len(x)):
+        for k in range(3):
+            x_new[i, k] = x[i, k] + d[i, k]
+        a = _turned(d[i, 3], d[i, 4], d[i, 5], column(R, i, 0))
+        b = _turned(d[i, 3], d[i, 4], d[i, 5], column(R, i, 1))
+        c = _turned(d[i, 3], d[i, 4], d[i, 5], column(R, i, 2))
+        ab, bc, ca = -0.5 * dot(a, b), -0.5 * dot(b, c), -0.5 * dot(c, a)
+        a, b, c = (
+            combined(1.5 - 0.5 * dot(a, a), a, ab, b, ca, c),
+            combined(ab, a, 1.5 - 0.5 * dot(b, b), b, bc, c),
+            combined(ca, a, bc, b, 1.5 - 0.5 * dot(c, c), c),
+        )
+        for k in range(3):
+            R_new[i, k, 0], R_new[i, k, 1], R_new[i, k, 2] = a[k], b[k], c[k]
+    for i in range(len(edges)):
+        for k in range(3):
+            edges_new[i, k] = edges[i, k] + (d[i + 1, k] - d[i, k])
+    return x_new, R_new, edges_new
+
+
+@njit(cache=True, error_model="numpy")
+def add_element_blocks(diagonal: Floats, upper: Floats, elements: Ints, blocks: Floats) -> None:
+    """Add symmetric blocks (q, 12, 12) of elements (q), which may repeat."""
+    for k in range(len(elements)):
+        i = elements[k]
+        for a in range(6):
+            for b in range(6):
+                diagonal[i, a, b] += blocks[k, a, b]
+                diagonal[i + 1, a, b] += blocks[k, 6 + a, 6 + b]
+                upper[i, a, b] += blocks[k, a, 6 + b]
