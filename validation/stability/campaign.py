@@ -81,6 +81,8 @@ def _map(jobs: int) -> Iterator[Callable[..., Iterable[list[dict[str, Any]]]]]:
     else:
         with multiprocessing.get_context("spawn").Pool(jobs, _begin) as pool:
             yield pool.imap
+            pool.close()  # not terminated: PETSc has a word to say on that
+            pool.join()
 
 
 def _begin() -> None:
