@@ -23,6 +23,7 @@ from fem.integrators import Integrator, Static
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+ROUNDED = 16 * np.finfo(float).eps  # of the size: gaps of bodies that nothing holds are known no better
 STEADY = 0.5  # a pass that leaves more than this part of the residual wants columns of its own
 
 
@@ -269,6 +270,8 @@ class System:
         if lin.G is None:
             return ContactProblem(lin.W, q, primal=primal)
         r = np.concatenate([total(b.comm, b.modes.T @ b.load) for b in self.bodies if b.modes.shape[1]])
+        # Where a body fits exactly between walls, the round-off of its place must not make it too large.
+        q = np.where(np.abs(q) <= ROUNDED * self.size, 0.0, q)
         return ContactProblem(lin.W, q, lin.G, r, primal)
 
     def _gaps(self, lin: Linearisation) -> Floats:

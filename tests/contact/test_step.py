@@ -169,3 +169,23 @@ def test_a_plate_that_bends_by_far_more_than_it_is_pressed() -> None:
     areas = result.linearisation.constraints[0].areas
     np.testing.assert_allclose(result.lam / areas, 1.0, rtol=1e-6)
     system.close()
+
+
+@pytest.mark.parametrize("n", range(4))
+def test_a_block_that_fits_exactly(n: int) -> None:
+    """A rigid block in a slit of its own width, whose walls round-off moves: it lies on its floor, λ = F in all."""
+    size = np.random.default_rng(n).uniform(100.0, 200.0, 2)
+    far = n * np.spacing(size[0])
+    walls = [("left", [1.0, 0.0], [far, 0.0]), ("right", [-1.0, 0.0], [size[0] - far, 0.0])]
+    contacts = [
+        {"name": tag, "body": "block", "tag": tag, "surface": {"kind": "plane", "normal": normal, "point": point}}
+        for tag, normal, point in [*walls, ("bottom", [0.0, 1.0], [0.0, 0.0])]
+    ]
+    mesh = {"shape": "box", "size": size.tolist(), "h": float(size.max()), "structured": True}
+    block = {"name": "block", "kind": "rigid", "guided": True, "mesh": mesh}
+    block["loads"] = [{"kind": "body", "value": [0.0, -1.0]}]
+    system = prepared(body=[block], contact=contacts)
+    result = step(system, 1.0, tolerances=TIGHT)
+    counts = np.cumsum([part.count for part in result.linearisation.constraints])
+    assert result.lam[counts[1] :].sum() == pytest.approx(size.prod(), rel=1e-12)
+    system.close()
