@@ -23,7 +23,7 @@ from fem.integrators import Integrator, Static
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
-ROUNDED = 16 * np.finfo(float).eps  # of the size: gaps of bodies that nothing holds are known no better
+ROUNDED = 16 * np.finfo(float).eps  # of the size: distances of undeformed bodies are known no better
 STEADY = 0.5  # a pass that leaves more than this part of the residual wants columns of its own
 
 
@@ -227,6 +227,9 @@ class System:
         close = [np.ones(part.count, dtype=bool) if part.close is None else part.close for part in parts]
         rows = np.flatnonzero(met & (_stacked(close) > 0))
         G = self._rigid_rates(free)
+        if G is not None:
+            # Where a body fits exactly between walls, the round-off of its place must not make it too large.
+            offset = np.where(np.abs(offset) <= ROUNDED * self.size, 0.0, offset)
         return Linearisation(parts, H, free, offset, movable, met, rows, None if G is None else G[rows], self.clock)
 
     def _rigid_rates(self, free: dict[Body, Rows]) -> Floats | None:
@@ -270,8 +273,6 @@ class System:
         if lin.G is None:
             return ContactProblem(lin.W, q, primal=primal)
         r = np.concatenate([total(b.comm, b.modes.T @ b.load) for b in self.bodies if b.modes.shape[1]])
-        # Where a body fits exactly between walls, the round-off of its place must not make it too large.
-        q = np.where(np.abs(q) <= ROUNDED * self.size, 0.0, q)
         return ContactProblem(lin.W, q, lin.G, r, primal)
 
     def _gaps(self, lin: Linearisation) -> Floats:
