@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from contact.certificate import Tolerances, certify
 from contact.scene.schema import Scene
-from contact.solvers.problem import ContactNotConvergedError, InfeasibleError
+from contact.solvers import METHODS, ContactNotConvergedError, InfeasibleError, Method
 from contact.step import StepResult, step
 from contact.system import System
 
@@ -39,6 +39,16 @@ def tolerances(scene: Scene) -> Tolerances:
     return Tolerances(s.complementarity, s.equilibrium, s.surface_error, s.penetration)
 
 
+def method(scene: Scene) -> Method:
+    """The contact method that a scene asks for."""
+    found = METHODS[scene.solver.method]
+    if not scene.solver.minimum_norm:
+        return found
+    from contact.solvers.minimum_norm import minimum_norm
+
+    return minimum_norm(found)
+
+
 def march(system: System, scene: Scene, sink: Sink, first: int = 0, start: Floats | None = None) -> None:
     """Run the steps from number `first` on; `start` are the contact forces to start from. Collective.
 
@@ -47,7 +57,7 @@ def march(system: System, scene: Scene, sink: Sink, first: int = 0, start: Float
     ContactNotConvergedError, InfeasibleError
         after the sink got the state reached, marked as not converged.
     """
-    solver, limits = scene.solver, tolerances(scene)
+    solver, limits, solve = scene.solver, tolerances(scene), method(scene)
     size = scene.time.end / scene.time.steps
     for number in range(first, scene.time.steps):
         now, target = number * size, (number + 1) * size
@@ -59,7 +69,7 @@ def march(system: System, scene: Scene, sink: Sink, first: int = 0, start: Float
             span = target - now if last and not whole else dt  # free of round-off where a step is not divided
             try:
                 with system.clock("assemble"):
-                    result = step(system, t, span, solver.method, start, limits, solver.max_passes)
+                    result = step(system, t, span, solve, start, limits, solver.max_passes)
             except (ContactNotConvergedError, InfeasibleError, ArithmeticError) as error:
                 infeasible = isinstance(error, InfeasibleError) and system.linear
                 hopeless = infeasible or dt <= size / 2**solver.max_halvings

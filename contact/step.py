@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from contact.certificate import Certificate, Tolerances, certify
 from contact.linearisation import Linearisation
-from contact.solvers import solve
+from contact.solvers import Method, solve
 from contact.solvers.problem import ContactNotConvergedError, ContactProblem, InfeasibleError
 from contact.system import System
 
@@ -40,7 +40,7 @@ def step(
     system: System,
     t: float,
     dt: float = 1.0,
-    method: str = "status",
+    method: str | Method = "status",
     start: Floats | None = None,
     tolerances: Tolerances | None = None,
     max_passes: int = 20,

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from contact.certificate import Tolerances
 from contact.clock import PHASES, Clock
-from contact.loop import AcceptedStep, march
+from contact.loop import AcceptedStep, march, method
 from contact.pairs import FiniteSliding, SmallSliding
 from contact.points import ContactPoints
 from contact.scene.build import build
@@ -188,16 +188,20 @@ class Run:
     def solve(self, **scene: Any) -> Solved:
         """Build and solve a scene given by its tables, to residuals of 1e-8. Collective."""
         clock = Clock(self._now)
-        model = Scene.model_validate({"solver": {"method": self.method}, **scene})
+        model = self._scene(scene)
         system = build(model, self.comm, clock=clock)
         self.building += clock.lap()["total"]
         system.prepare()
         exact = Tolerances(surface_error=1e-8, penetration=1e-8)
-        end, method = model.time.end, model.solver.method
+        end = model.time.end
         with clock("assemble"):
-            self.solved = Solved(system, step(system, end, end, method, tolerances=exact))
+            self.solved = Solved(system, step(system, end, end, method(model), tolerances=exact))
         self._count(clock.lap())
         return self.solved
+
+    def _scene(self, tables: dict[str, Any]) -> Scene:
+        """The scene of these tables, solved by this run's method unless they say another."""
+        return Scene.model_validate({**tables, "solver": {"method": self.method, **tables.get("solver", {})}})
 
     def _count(self, seconds: dict[str, float]) -> None:
         for phase, spent in seconds.items():
@@ -214,7 +218,7 @@ class Run:
         `begin` may change the state in which the scene starts.
         """
         clock = Clock(self._now)
-        model = Scene.model_validate({**scene, "solver": {"method": self.method, **scene.get("solver", {})}})
+        model = self._scene(scene)
         system = build(model, self.comm, clock=clock)
         self.building += clock.lap()["total"]
         begin(system)

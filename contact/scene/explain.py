@@ -35,6 +35,8 @@ def explain(scene: Scene) -> str:
         walls = any(isinstance(c.surface, BodySurfaceTable) and c.surface.body not in rigid for c in scene.contacts)
         kept = ", and from a wall's columns that are kept" if walls else ""
         built.append(f"Delassus operator: entries from the inverse's blocks along the beam, without solves{kept}")
+    if scene.solver.minimum_norm:
+        built.append("minimum norm: columns of W for all closed rows, and of all forces that solve it the least")
     if not dynamic:
         left_out.append("mass and damping matrices: the scene is quasi-static")
     left_out.append("tangential rows: no contact names friction")

@@ -279,6 +279,7 @@ class SolverTable(Table):
     equilibrium: Positive = 1e-8
     surface_error: Positive = 1e-3
     penetration: Positive = 1e-3
+    minimum_norm: bool = Field(default=False, description="of all forces that solve the contact, the least √Σλ² [N]")
     max_passes: Annotated[int, Field(ge=1)] = 20
     max_halvings: Annotated[int, Field(ge=0)] = 6
 
@@ -341,9 +342,7 @@ def read_scene(path: Path, changes: list[str] | None = None) -> tuple[Scene, str
         data = tomllib.loads(text)
     except FileNotFoundError:
         raise ValueError(f"{path}: no such file") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise ValueError(f"{path}: {error}") from None
-    except tomllib.TOMLDecodeError as error:
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise ValueError(f"{path}: {error}") from None
     for change in changes or []:
         apply_change(data, change)

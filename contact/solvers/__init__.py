@@ -35,6 +35,7 @@ __all__ = [
     "Delassus",
     "DenseDelassus",
     "InfeasibleError",
+    "Method",
     "Primal",
     "Solution",
     "residual",
@@ -72,7 +73,7 @@ METHODS: dict[str, Method] = {
 
 
 def solve(
-    problem: ContactProblem, method: str = "status", start: Floats | None = None, tolerance: float = 1e-12
+    problem: ContactProblem, method: str | Method = "status", start: Floats | None = None, tolerance: float = 1e-12
 ) -> Solution:
     """Find λ and α with 0 ≤ δ = W λ + G α + q ⊥ λ ≥ 0 and Gᵀλ + r = 0.
 
@@ -81,7 +82,7 @@ def solve(
     Parameters
     ----------
     problem : W, q and, for bodies that no support holds, G and r
-    method : one of `METHODS`
+    method : one of `METHODS`, or a function with the same signature, such as `minimum_norm` makes
     start : (c) a guess of λ [N]
     tolerance : on the complementarity residual, relative to ℓ
 
@@ -94,6 +95,8 @@ def solve(
     ContactNotConvergedError
         The method stopped with a residual above its limit.
     """
+    if callable(method):
+        return method(problem, start, tolerance)
     if method not in METHODS:
         raise ValueError(f"method = {method!r}: allowed are {', '.join(METHODS)}")
     return METHODS[method](problem, start, tolerance)

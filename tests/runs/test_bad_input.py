@@ -142,6 +142,7 @@ SCENES: dict[str, tuple[str, list[str]]] = {
     "expression that is no formula": (changed("-0.01 * t", "0.01 *"), ["body[0].supports[1].value", "0.01 *"]),
     "expression that runs code": (changed("-0.01 * t", "__import__('os').getcwd()"), ["body[0].supports[1].value"]),
     "unknown method": (GOOD + '[solver]\nmethod = "magic"\n', ["solver.method", "'magic'", "'status'"]),
+    "minimum norm of a wrong type": (GOOD + "[solver]\nminimum_norm = 2\n", ["solver.minimum_norm", "2", "boolean"]),
     "negative tolerance": (GOOD + "[solver]\ncomplementarity = -1e-8\n", ["solver.complementarity", "-1e-08"]),
     "load without a tag": (
         changed(SUPPORTS, SUPPORTS + '\nloads = [{ kind = "pressure", value = 1.0 }]'),

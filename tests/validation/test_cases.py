@@ -107,6 +107,8 @@ def test_coarse(name: str, h: float, changes: dict[str, Any], bounds: dict[str, 
         ("bar-stop", {"g": -0.1}),
         ("duplicated", {}),
         ("duplicated", {"N": 100.0}),
+        ("duplicated", {"N": 100.0, "norm": "minimum"}),
+        ("duplicated", {"F": 0.1, "norm": "minimum"}),  # grazing
         ("opposed", {}),
         ("opposed", {"w": 0.1}),
         ("opposed", {"g": -0.2}),

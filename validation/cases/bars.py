@@ -8,6 +8,7 @@ from validation.case import Quantity, Run, Solved, case
 from validation.exact.bars import BarStop, Slit, TwoBars, v_groove
 
 EXACT = 1e-10
+SHARED = 1e-12
 
 
 def _bar(
@@ -58,27 +59,43 @@ def bar_stop(run: Run) -> list[Quantity]:
     ]
 
 
-def _solve_bar_stop(run: Run, copies: int) -> Solved:
+def _solve_bar_stop(run: Run, copies: int, **solver: object) -> Solved:
     E, A, L = run["E"], run["A"], run["L"]
     loads = [{"kind": "force", "tag": "end", "value": run["F"]}, {"kind": "body", "value": run["q"]}]
     cells = max(1, round(L / run.h))
     return run.solve(
         body=[_bar("bar", E * A, L, cells, "start", loads)],
         contact=[_stop(L + run["g"], copies=copies, interference=max(0.0, -run["g"]))],
+        solver=solver,
     )
 
 
 @case(
-    "duplicated", {"E": 1.0, "A": 1.0, "L": 1.0, "F": 1.0, "q": 0.0, "g": 0.1, "N": 5.0}, levels=(1 / 8,), orders=(1,)
+    "duplicated",
+    {"E": 1.0, "A": 1.0, "L": 1.0, "F": 1.0, "q": 0.0, "g": 0.1, "N": 5.0, "norm": "any"},
+    levels=(1 / 8,),
+    variants=({}, {"norm": "minimum"}),
+    orders=(1,),
 )
 def duplicated(run: Run) -> list[Quantity]:
-    """The same stop stated N times: W is singular, u and Σλ are those of one stop."""
+    """The same stop stated N times: W is singular, u and Σλ are those of one stop; of minimum `norm` each λ is R/N."""
     exact = BarStop(**run.values("E", "A", "L", "F", "q", "g"))
-    solved = _solve_bar_stop(run, int(run["N"]))
-    return [
-        Quantity("reaction", solved.result.lam.sum(), exact.reaction, EXACT),
+    N, least = int(run["N"]), run["norm"] == "minimum"
+    if run["norm"] not in ("any", "minimum"):
+        raise ValueError(f"duplicated: norm = {run['norm']}: must be any or minimum")
+    solved = _solve_bar_stop(run, N, minimum_norm=least)
+    lam = solved.result.lam
+    quantities = [
+        Quantity("reaction", lam.sum(), exact.reaction, EXACT),
         Quantity("end_displacement", _end(solved), exact.end_displacement, EXACT),
     ]
+    if least:
+        shares = exact.duplicated(N)
+        quantities += [
+            Quantity("least_force", lam.min(), shares.min(), SHARED),
+            Quantity("largest_force", lam.max(), shares.max(), SHARED),
+        ]
+    return quantities
 
 
 @case("opposed", {"E": 1.0, "A": 1.0, "L": 1.0, "F": 1.0, "g": 0.1, "w": 0.0}, levels=(1 / 8,), orders=(1,))

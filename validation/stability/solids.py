@@ -14,6 +14,7 @@ from validation.stability.point import Answer, bench, decades, of_case, of_run, 
 Floats = NDArray[np.float64]
 
 EXACT = 1e-8
+SHARED = 1e-12
 POISSON = (0.01, 0.1, 0.2, 0.3, 0.4, 0.45, 0.49, 0.499, 0.4999, 0.49999, 0.499999)
 
 
@@ -42,8 +43,11 @@ def block_shape_3d(ratio: float) -> Answer:
     return _pressed([ratio, 1.0, 1.0], {"n": [3, 3, 3], "order": 1}, "nodal")
 
 
-def _pressed(size: list[float], mesh: dict[str, Any], constraint: str, copies: int = 1) -> Answer:
-    """A block of `size` on rollers at two sides, pressed onto a plane by p = 1 at E = 10, ν = .3."""
+def _pressed(size: list[float], mesh: dict[str, Any], constraint: str, copies: int = 1, least: bool = False) -> Answer:
+    """A block of `size` on rollers at two sides, pressed onto a plane by p = 1 at E = 10, ν = .3.
+
+    Where the `least` norm is asked for, every copy of a node's contact is to carry the same.
+    """
     E, nu, p, dim = 10.0, 0.3, 1.0, len(size)
     # one force moves its node by a cell's compliance, all of them the block by its own: digits are lost in proportion
     limit = max(EXACT, 1e-9 * max(*size, *mesh["n"]) / min(size))
@@ -69,10 +73,12 @@ def _pressed(size: list[float], mesh: dict[str, Any], constraint: str, copies: i
                     "copies": copies,
                 }
             ],
+            solver={"minimum_norm": least},
         )
         constraints = solved.result.linearisation.constraints
         lam, areas = solved.result.lam, np.concatenate([part.areas for part in constraints])
-        density = lam.reshape(copies, -1).sum(axis=0) / areas.reshape(copies, -1)[0]
+        shares = lam.reshape(copies, -1)
+        density = shares.sum(axis=0) / areas.reshape(copies, -1)[0]
         body = solved.system.bodies[0]
         x, u = body.points, body.displacement
         strain = p / E * (1.0 if dim == 3 else 1 - nu**2)
@@ -83,6 +89,7 @@ def _pressed(size: list[float], mesh: dict[str, Any], constraint: str, copies: i
                 Quantity("pressure", float(lam.sum() / np.prod(size[:-1])), p, EXACT),
                 Quantity("unevenness", float(np.abs(density / p - 1).max()), 0.0, limit),
                 Quantity("displacement", float(np.abs(sunk).max()) / max(size), 0.0, EXACT),
+                *([Quantity("spread", float(np.ptp(shares, axis=0).max() / shares.max()), 0.0, SHARED)] * least),
             ],
         )
     finally:
@@ -96,6 +103,12 @@ COPIES = (1.0, 2.0, 3.0, 5.0, 7.0, 10.0, 20.0, 30.0, 50.0, 100.0)
 def duplicates_block(copies: float) -> Answer:
     """The block's contact stated N times over, up to 900 rows that depend on nine: pressure and u are those of one."""
     return _pressed([1.0, 1.0], {"n": [8, 8], "order": 1}, "nodal", int(copies))
+
+
+@sweep("duplicates-block-shared", "copies of the contact [-]", COPIES, row="duplicated constraints")
+def duplicates_block_shared(copies: float) -> Answer:
+    """The same with the forces of minimum norm: each copy carries one N-th at every node."""
+    return _pressed([1.0, 1.0], {"n": [8, 8], "order": 1}, "nodal", int(copies), least=True)
 
 
 SLITS = (*(-w for w in decades(-9, -3)[::-1]), 0.0, *decades(-9, -3))

@@ -84,6 +84,12 @@ def duplicates(copies: float) -> Answer:
     return of_case("duplicated", h=1 / 8, N=copies)
 
 
+@sweep("duplicates-shared", "copies of the stop [-]", COPIES, row="duplicated constraints")
+def duplicates_shared(copies: float) -> Answer:
+    """The same with the forces of minimum norm: each copy carries one N-th."""
+    return of_case("duplicated", h=1 / 8, N=copies, norm="minimum")
+
+
 @sweep("duplicates-apart", "differences of the gaps / g [-]", decades(-12, 0), row="duplicated constraints")
 def duplicates_apart(spread: float) -> Answer:
     """Ten stops whose gaps differ: the nearest alone carries where they are apart by more than rounding."""
