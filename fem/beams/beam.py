@@ -78,6 +78,8 @@ class Beam:
         self.modes = np.zeros((6 * n, 0))
         self.size = float(np.ptp(x, axis=0).max())
         self._history: State = self._configuration()
+        # x − x_n; as a difference of positions it would lose the digits of short steps.
+        self._motion = np.zeros_like(x)
         self._integrator: Integrator = Static()
         self._damped = data
         self._stress: Floats | None = None
@@ -177,7 +179,7 @@ class Beam:
         ValueError
             where a load or a prescribed motion is not finite.
         """
-        self._history, self._integrator = self.state(), integrator
+        self._history, self._motion, self._integrator = self.state(), np.zeros_like(self.x), integrator
         d = np.zeros((self.space.nodes, 6))
         if self.inertia is not None:
             d[:, :3], d[:, 3:] = self.v / integrator.damping, self.w / integrator.damping
@@ -306,6 +308,7 @@ class Beam:
 
     def _shift(self, d: Floats) -> None:
         self.x, self.R, self.edges = kernels.update(self.x, self.R, self.edges, d)
+        self._motion = self._motion + d[:, :3]
         self._moved()
 
     def _moved(self) -> None:
@@ -316,9 +319,8 @@ class Beam:
     def accept(self) -> None:
         """The end of the step: velocities over it, v = (x − x_n)/dt and w = log(R R_nᵀ)/dt."""
         if self.inertia is not None:
-            x_n, R_n, *_ = self._history
-            self.v = self._integrator.damping * (self.x - x_n)
-            self.w = self._integrator.damping * kernels.relative_rotations(R_n, self.R)
+            self.v = self._integrator.damping * self._motion
+            self.w = self._integrator.damping * kernels.relative_rotations(self._history[1], self.R)
 
     # --- forces ---------------------------------------------------------------------------------------------------
 
@@ -341,10 +343,10 @@ class Beam:
         """Add inertia and the damping a M v to forces (N, 6)."""
         inertia, scheme = self.inertia, self._integrator
         assert inertia is not None
-        x_n, R_n, _, v_n, w_n = self._history
+        _, R_n, _, v_n, w_n = self._history
         nodal_kernels.add_inertia_forces(
             f,
-            self.x - x_n,
+            self._motion,
             kernels.relative_rotations(R_n, self.R),
             v_n,
             w_n,
