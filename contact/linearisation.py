@@ -61,7 +61,8 @@ class Linearisation:
     `H` are the columns of all owned unknowns, `free` those of the unknowns that nothing prescribes. `movable` marks the
     constraints that some unknown can move; `met` are those among them that detection has met, the candidates, and
     `rows` those of them in the contact problem: all, or those close enough that they may carry force.
-    `base` are contact forces that the free motion of the bodies includes, `coupling` is curvature that A leaves out.
+    `base` are contact forces that the free motion of the bodies includes, `coupling` is curvature that A leaves out,
+    `brace` what A resists each gap's change with besides, (c) [N/m].
     """
 
     constraints: list[Constraints]
@@ -75,6 +76,7 @@ class Linearisation:
     clock: Clock
     base: Floats | None = field(default=None)
     coupling: Coupling | None = field(default=None)
+    brace: Floats | None = field(default=None)
 
     @cached_property
     def W(self) -> TimedDelassus | DirectDelassus:

@@ -9,7 +9,7 @@ pass.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +51,17 @@ class Constraints:
         return len(self.offset)
 
 
+class Stiffness(NamedTuple):
+    """What the curvature of a pair's gaps leaves to others when it enters A.
+
+    brace : the stiffness β across each contact that A has besides it, (c) [N/m]; None for none
+    coupling : curvature that A leaves out, because two bodies share it
+    """
+
+    brace: Floats | None = None
+    coupling: Coupling | None = None
+
+
 # Body, rows among the pair's constraints (k), their nodes (k) and areas (k), and where they touch, (k, 3) [m] or None
 # for the deformed places of the nodes.
 Recorded = tuple[Any, Ints, Ints, Floats, Floats | None]
@@ -76,8 +87,8 @@ class Pair(Protocol):
     def gaps(self) -> Floats:
         """True gaps of the present state, in the order of the last constraints, (c) [m]."""
 
-    def stiffen(self, lam: Floats, bulging: bool = False) -> Coupling | None:
-        """Tell the bodies the curvature of the surface under forces λ (c), for their next A; what couples them.
+    def stiffen(self, lam: Floats, bulging: bool = False) -> Stiffness:
+        """Tell the bodies the curvature of the surface under forces λ (c), for their next A; what else there is to it.
 
         Curvature that may make A indefinite is left out unless `bulging`.
         """
@@ -108,8 +119,9 @@ class _Unbent:
     def moved(self) -> None:
         """Nothing."""
 
-    def stiffen(self, lam: Floats, bulging: bool = False) -> None:
+    def stiffen(self, lam: Floats, bulging: bool = False) -> Stiffness:
         """Nothing."""
+        return Stiffness()
 
     def crossed(self) -> bool:
         """Never, where the gaps are not negative."""

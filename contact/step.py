@@ -72,10 +72,10 @@ def step(
                 raise
             # Planes of a state on the way say nothing about the load: a smaller step may get there.
             raise ContactNotConvergedError(f"in pass {number} {error}", iterations, residual) from None
-        system.correct(contacts, solution)
+        lam = system.correct(contacts, solution)
         corrected = system.detect()
 
-        lam, iterations = contacts.full(solution.lam), iterations + solution.iterations
+        iterations += solution.iterations
         certificate = certify(system, contacts, lam, contacts.full(problem.q, np.inf), corrected)
         if certificate.within(tolerances):
             if wall := system.crossed():

@@ -57,6 +57,7 @@ class System:
         self._base: Floats | None = None
         self._mixing = Mixing(comm, bodies)
         self._coupling: Coupling | None = None
+        self._brace: Floats | None = None
 
     # --- free motion ----------------------------------------------------------------------------------------------
 
@@ -113,7 +114,7 @@ class System:
     def _free_with(self, found: Linearisation, lam: Floats) -> None:
         """The free motion with contact forces λ."""
         self._base = found.base = lam
-        found.coupling = self._coupling
+        found.coupling, found.brace = self._coupling, self._brace
         operator = found.W if found.coupling else None
         before = operator.along() if isinstance(operator, CoupledDelassus) else None
         with self.clock("factor"):
@@ -195,11 +196,11 @@ class System:
                     body.correct(body.solve(np.where(body.held, 0.0, rest)[:, None])[:, 0])
 
     def _renew(self, lam: Floats) -> None:
-        """A about the present state and forces, without bulging walls if it is not definite with them. Collective."""
-        for bulging in (True, False):
+        """A about the present state and forces, a cautious one where the exact one is not definite. Collective."""
+        for cautious in (False, True):
             for body in self.bodies:
-                body.renew()
-            self._stiffen(lam, bulging)
+                body.renew(cautious)
+            self._stiffen(lam, bulging=not cautious)
             self._factor()
             if all(body.definite for body in self.bodies):
                 return
@@ -207,14 +208,19 @@ class System:
     def _stiffen(self, lam: Floats, bulging: bool = False) -> None:
         """Give the bodies the curvature of the surfaces under forces λ, for their next A."""
         starts = np.cumsum([0, *[part.count for part in self._detected]])
-        self._coupling = None
-        if len(lam) == starts[-1]:
-            with self.clock("assemble"):
-                parts = []
-                for pair, first, last in zip(self.pairs, starts[:-1], starts[1:], strict=True):
-                    if part := pair.stiffen(lam[first:last], bulging):
-                        parts.append(replace(part, contacts=first + part.contacts))
-            self._coupling = joined(parts)
+        self._coupling = self._brace = None
+        if len(lam) != starts[-1]:
+            return
+        couplings = []
+        with self.clock("assemble"):
+            for pair, first, last in zip(self.pairs, starts[:-1], starts[1:], strict=True):
+                brace, coupling = pair.stiffen(lam[first:last], bulging)
+                if coupling:
+                    couplings.append(replace(coupling, contacts=first + coupling.contacts))
+                if brace is not None:
+                    self._brace = np.zeros(len(lam)) if self._brace is None else self._brace
+                    self._brace[first:last] = brace
+        self._coupling = joined(couplings)
 
     def _linearise(self, parts: list[Constraints]) -> Linearisation:
         offset = _stacked([part.offset for part in parts])
@@ -282,8 +288,11 @@ class System:
             gaps = gaps + total(body.comm, h.at(body))
         return gaps
 
-    def correct(self, lin: Linearisation, solution: Solution) -> None:
-        """u ← u + A⁻¹ Hᵀ λ + R α: the corrective motion. Collective."""
+    def correct(self, lin: Linearisation, solution: Solution) -> Floats:
+        """u ← u + A⁻¹ Hᵀ λ + R α: the corrective motion; returns the contact forces of all constraints. Collective.
+
+        Where A braces a contact, β (Δδ) of its λ has only resisted the brace, and is no force of the contact.
+        """
         base = lin.on_rows(lin.base)
         change = solution.lam if base is None else solution.lam - base
         mode = 0
@@ -300,6 +309,10 @@ class System:
                     body.correct(increment)
         for pair in self.pairs:
             pair.moved()
+        if lin.brace is None:
+            return lin.full(solution.lam)
+        resisted = lin.brace[lin.rows] * (solution.gap - lin.offset[lin.rows])
+        return lin.full(np.where(solution.lam > 0, np.maximum(solution.lam - resisted, 0.0), solution.lam))
 
     def gaps(self) -> Floats:
         """True gaps of the present state, for all constraints (c) [m]. Collective."""

@@ -198,7 +198,7 @@ class Body:
         if self.supports:
             self.u = self.space.local(self._supports.prescribe(self.coordinates(), t))
 
-    def renew(self) -> None:
+    def renew(self, cautious: bool = False) -> None:
         """Let A be formed anew about the present state: nothing, as it does not depend on that."""
 
     def _first_velocity(self) -> Floats:

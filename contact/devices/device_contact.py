@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from contact.coupling import Coupling
 from contact.devices import device_kernels, row_kernels
 from contact.devices.element_rows import ElementRows
-from contact.pairs import Constraints, Recorded, check_interference
+from contact.pairs import Constraints, Recorded, Stiffness, check_interference
 from contact.surfaces.detection import first_root, nearest
 from contact.surfaces.implicit import Foot, Surface
 from fem.beams import beam_points
@@ -180,30 +179,28 @@ class DeviceContact:
 
     # --- the step -------------------------------------------------------------------------------------------------
 
-    def stiffen(self, lam: Floats, bulging: bool = False) -> Coupling | None:
+    def stiffen(self, lam: Floats, bulging: bool = False) -> Stiffness:
         """Give the beam −Σ λ ∇²δ: the curvature of the wall, and of the centreline's interpolation.
 
         Where the wall bulges towards the device its curvature makes A indefinite, and W no Delassus operator, even
-        where the contacts themselves hold the device. Those hold it across the wall: a multiple of λ b n nᵀ, b the
-        curvature of the bulge, changes no increment that keeps them closed, and makes A definite as a rule
+        where the contacts themselves hold the device. Those hold it across the wall: a brace β n nᵀ, a multiple of λ b
+        with b the curvature of the bulge, changes no increment that keeps them closed, and makes A definite as a rule
         (Debreu 1952). Unless `bulging`, such curvature is left out: passes contract, but only at a steady rate.
         """
         rows = np.flatnonzero(lam > 0)
-        if rows.size:
-            curvature, normal = self.foot.curvature[rows], self.foot.normal[rows]
-            blocks = beam_points.point_blocks(
-                lam[rows],
-                normal,
-                row_kernels.braced(curvature, normal, BRACE)
-                if bulging
-                else row_kernels.concave_part(curvature, normal),
-                self.body.R,
-                self.elements[rows],
-                self.xi[rows],
-                self.body.data.length,
-            )
-            self.body.stiffen(self.elements[rows], blocks)
-        return None
+        if not rows.size:
+            return Stiffness()
+        force, normal, brace = lam[rows], self.foot.normal[rows], None
+        if bulging:
+            curvature, bulge = row_kernels.braced(self.foot.curvature[rows], normal, BRACE)
+            brace = np.zeros(self.count)
+            brace[rows] = force * bulge
+        else:
+            curvature = row_kernels.concave_part(self.foot.curvature[rows], normal)
+        elements, xi = self.elements[rows], self.xi[rows]
+        blocks = beam_points.point_blocks(force, normal, curvature, self.body.R, elements, xi, self.body.data.length)
+        self.body.stiffen(elements, blocks)
+        return Stiffness(brace)
 
     def crossed(self) -> bool:
         """Whether the centreline went through the wall on the straight way from the last accepted state."""

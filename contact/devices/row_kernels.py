@@ -98,15 +98,18 @@ def _tangential(C: Floats) -> tuple[float, float]:
 
 
 @njit(cache=True)
-def braced(curvature: Floats, normal: Floats, factor: float) -> Floats:
-    """C − factor · max(b, 0) n nᵀ for symmetric matrices (q, 3, 3) with normals (q, 3), b ≥ a as in `concave_part`."""
-    result = curvature.copy()
+def braced(curvature: Floats, normal: Floats, factor: float) -> tuple[Floats, Floats]:
+    """C − β n nᵀ for symmetric matrices C (q, 3, 3) with normals n (q, 3), and β = factor · max(b, 0), (q).
+
+    b ≥ a as in `concave_part`.
+    """
+    result, brace = curvature.copy(), np.empty(len(curvature))
     for i in range(len(curvature)):
-        brace = factor * max(_tangential(curvature[i])[1], 0.0)
+        brace[i] = factor * max(_tangential(curvature[i])[1], 0.0)
         for j in range(3):
             for k in range(3):
-                result[i, j, k] -= brace * normal[i, j] * normal[i, k]
-    return result
+                result[i, j, k] -= brace[i] * normal[i, j] * normal[i, k]
+    return result, brace
 
 
 @njit(cache=True)

@@ -11,7 +11,7 @@ from contact.coupling import Coupling
 from contact.devices.device_contact import MARGIN, DeviceContact
 from contact.devices.element_rows import ElementRows
 from contact.devices.wall_rows import WallRows
-from contact.pairs import Constraints
+from contact.pairs import Constraints, Stiffness
 from contact.surfaces.body_surface import BodySurface
 from contact.surfaces.detection import first_root
 from fem.beams import beam_points
@@ -59,15 +59,14 @@ class WallContact(DeviceContact):
         on_wall = WallRows(wall, points, self._shares.copy(), normals)
         return replace(found, H={**found.H, wall: on_wall}, offset=found.offset - on_wall.displacements())
 
-    def stiffen(self, lam: Floats, bulging: bool = False) -> Coupling | None:
+    def stiffen(self, lam: Floats, bulging: bool = False) -> Stiffness:
         """The curvature of the centreline's interpolation for the beam's A, and that of the gaps of both bodies.
 
         It is −Σ λ ∂²δ in what the two do to each other at a contact: slide (e), and tilt the wall (s).
         """
         wall, rows = self.surface.wall, np.flatnonzero(lam > 0)
         if wall is None or not rows.size:
-            super().stiffen(lam, bulging)
-            return None
+            return super().stiffen(lam, bulging)
         beam, radius, force, elements = self.body, self.radius[rows], lam[rows], self.elements[rows]
         normal, flat = self.foot.normal[rows], np.zeros((len(rows), 3, 3))
         length = beam.data.length
@@ -80,7 +79,7 @@ class WallContact(DeviceContact):
         points = np.repeat(self.surface.first + self.surface.patches.net[self._patch[rows]], 4, axis=0)
         shares = np.stack([self._shares[rows]] * 2 + [slopes[:, 0], slopes[:, 1]], axis=1).reshape(len(points), -1)
         directions = np.stack([tangents[:, 0], tangents[:, 1], -normal, -normal], axis=1).reshape(-1, 3)
-        return Coupling(
+        coupling = Coupling(
             {
                 beam: ElementRows(values, np.repeat(self._first[rows], 4), beam.space.size).without(beam.fixed),
                 wall: WallRows(wall, points, shares, directions).without(wall.fixed),
@@ -89,6 +88,7 @@ class WallContact(DeviceContact):
             rows,
             force / radius,
         )
+        return Stiffness(coupling=coupling)
 
     def _bound(self) -> Floats:
         """What every gap is at least, from where it was last looked at, and where the surface was."""

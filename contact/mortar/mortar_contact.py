@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from contact.mortar.facet_tree import FacetTree
 from contact.mortar.facets import Facets, bulge, normals_of
 from contact.mortar.mortar_kernel import integrate
-from contact.pairs import Constraints, Recorded, check_interference
+from contact.pairs import Constraints, Recorded, Stiffness, check_interference
 from contact.rows import Rows, SparseRows, owned_rows
 from fem.body import Body
 from fem.elasticity import Elasticity
@@ -183,8 +183,9 @@ class MortarContact:
         looking = self._looking(found)
         return np.where(looking, gaps / np.where(looking, found.areas, 1.0), np.inf)
 
-    def stiffen(self, lam: Floats, bulging: bool = False) -> None:
+    def stiffen(self, lam: Floats, bulging: bool = False) -> Stiffness:
         """Nothing: bodies are linear, and curvature stays out of A."""
+        return Stiffness()
 
     def crossed(self) -> bool:
         """Never, where the gaps are not negative."""

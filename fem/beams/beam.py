@@ -82,7 +82,8 @@ class Beam:
         self._motion = np.zeros_like(x)
         self._integrator: Integrator = Static()
         self._damped = data
-        self._stress: Floats | None = None
+        self._stress: Floats | None = None  # to form A with, where it is not that of the configuration
+        self._before: tuple[Floats, Floats, Floats] | None = None  # edges, frames and increment of the last pass
         self._extra: tuple[Ints, Floats] | None = None
         self._forces: tuple[Floats, Floats] | None = None
         self._fresh = self._factorised = False
@@ -180,11 +181,11 @@ class Beam:
             where a load or a prescribed motion is not finite.
         """
         self._history, self._motion, self._integrator = self.state(), np.zeros_like(self.x), integrator
-        d = np.zeros((self.space.nodes, 6))
+        d, stress = np.zeros((self.space.nodes, 6)), None
         if self.inertia is not None:
             d[:, :3], d[:, 3:] = self.v / integrator.damping, self.w / integrator.damping
             d.reshape(-1)[self.fixed] = 0.0
-            self._begin_dynamics(integrator)
+            stress = self._begin_dynamics(integrator)
         for drive in self.drives:
             if drive.motion is not None:
                 self._follow(drive, drive.motion(t), d[drive.node])
@@ -192,6 +193,7 @@ class Beam:
         if not (np.isfinite(d).all() and np.isfinite(self.load).all()):
             raise ValueError(f"body {self.name!r}: a support or load is not finite at t = {t:.6g}")
         self._shift(d)
+        self._stress = stress
         self.renew()
 
     def _follow(self, drive: Drive, motion: Floats, d: Floats) -> None:
@@ -212,8 +214,8 @@ class Beam:
         spin: Floats = kernels.relative_rotations(self.R[i : i + 1], np.ascontiguousarray(frame)[None])[0]
         return spin
 
-    def _begin_dynamics(self, integrator: Integrator) -> None:
-        """Inertia, rates of strain, and the stress before the step.
+    def _begin_dynamics(self, integrator: Integrator) -> Floats:
+        """Inertia and rates of strain; returns the stress before the step.
 
         The prediction stretches the beam: its geometric stiffness is better taken from the stress before it.
         """
@@ -222,7 +224,7 @@ class Beam:
         b, data = inertia.rayleigh[1], self.data
         self._J = nodal_kernels.spatial_inertia(self.R, inertia.rotary)
         gamma, psi = kernels.strains(self.edges, self.R)
-        self._stress = np.hstack([data.axial * (gamma - data.chord), data.bending * (psi - data.twist)])
+        stress = np.hstack([data.axial * (gamma - data.chord), data.bending * (psi - data.twist)])
         if b:
             # b K v as a stress of the rate of strain: (1 + b/dt) C (γ − γ₀'), with γ₀' between γ₀ and γ_n.
             rate = b * integrator.damping
@@ -234,6 +236,7 @@ class Beam:
                 bending=(1 + rate) * data.bending,
             )
             self._least = _least(self._damped)
+        return stress
 
     def _load(self, t: float) -> None:
         f = np.zeros((self.space.nodes, 6))
@@ -251,9 +254,11 @@ class Beam:
             f[node] += value(t)
         self.load = f.ravel()
 
-    def renew(self) -> None:
-        """Let A be formed anew about the present configuration."""
+    def renew(self, cautious: bool = False) -> None:
+        """Let A be formed anew about the present configuration, with its own stress where one is `cautious`."""
         self._fresh = self._factorised = False
+        if cautious:
+            self._before = None
 
     def stiffen(self, elements: Ints, blocks: Floats) -> None:
         """Add blocks (q, 12, 12) of given elements to the next A."""
@@ -263,11 +268,13 @@ class Beam:
         """Form A = inertia M + damping B + K about the present configuration, if it is not that already."""
         if self._fresh:
             return
-        data = self._damped
+        data, stress = self._damped, self._stress
+        if self._before is not None:
+            edges, R, d = self._before
+            stress = kernels.extrapolated_stress(edges, R, data.chord, data.twist, data.axial, data.bending, d)
         diagonal, upper, _ = kernels.assemble_blocks(
-            self.edges, self.R, data.chord, data.twist, data.axial, data.bending, self._stress
+            self.edges, self.R, data.chord, data.twist, data.axial, data.bending, stress
         )
-        self._stress = None
         if self.inertia is not None:
             a, _ = self.inertia.rayleigh
             factor = self._integrator.inertia + a * self._integrator.damping
@@ -300,11 +307,17 @@ class Beam:
         """Move by the free increment and `increment` together; the free increment is used up.
 
         Where the linearisation would turn or shift a node further than it holds, all move by a part of it.
+
+        The next A takes the stress that the linearisation led to: where nodes turn by dθ the new configuration has
+        axial forces of EA dθ²/2 that are not there in equilibrium, and in the geometric stiffness they would cost
+        passes (Magisano, Leonetti, Garcea, Comput. Methods Appl. Mech. Eng. 313, 2017).
         """
         d = (self.u + increment).reshape(-1, 6)
         shift, turn = nodal_kernels.furthest(d)
-        excess = max(turn / TURN, shift / (SHIFT * self._reach))
-        self._shift(d if excess <= 1 else d / excess)
+        excess = max(turn / TURN, shift / (SHIFT * self._reach), 1.0)
+        before = self.edges, self.R, d / excess
+        self._shift(d / excess)
+        self._before = before
 
     def _shift(self, d: Floats) -> None:
         self.x, self.R, self.edges = kernels.update(self.x, self.R, self.edges, d)
@@ -313,7 +326,7 @@ class Beam:
 
     def _moved(self) -> None:
         self.u = np.zeros(6 * self.space.nodes)
-        self._forces = None
+        self._forces = self._stress = self._before = None
         self._fresh = False
 
     def accept(self) -> None:

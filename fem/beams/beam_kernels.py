@@ -283,6 +283,34 @@ def strains(edges: Floats, R: Floats) -> tuple[Floats, Floats]:
 
 
 @njit(cache=True, error_model="numpy")
+def extrapolated_stress(
+    edges: Floats, R: Floats, chord: Floats, twist: Floats, axial: Floats, bending: Floats, d: Floats
+) -> Floats:
+    """D₁(γ + dγ − γ₀) and D₂(ψ + dψ − ψ₀), (N − 1, 6), linear in increments d (N, 6); others as for `assemble_forces`.
+
+    dγ = Z dc + (∂Z/∂ψ dψ) c; everything in the element's frame.
+    """
+    stress = np.empty((len(edges), 6))
+    for i in range(len(edges)):
+        s, w, psi, e1, e2, e3 = _frame(R, i)
+        edge = (edges[i, 0], edges[i, 1], edges[i, 2])
+        u = (d[i + 1, 0] - d[i, 0], d[i + 1, 1] - d[i, 1], d[i + 1, 2] - d[i, 2])
+        a1, a2 = (d[i, 3], d[i, 4], d[i, 5]), (d[i + 1, 3], d[i + 1, 4], d[i + 1, 5])
+        A, D = combined(0.5, a1, 0.5, a2, 0.0, a1), add(a2, times(-1.0, a1))
+        c, u = (dot(e1, edge), dot(e2, edge), dot(e3, edge)), (dot(e1, u), dot(e2, u), dot(e3, u))
+        A, D = (dot(e1, A), dot(e2, A), dot(e3, A)), (dot(e1, D), dot(e2, D), dot(e3, D))
+        r, q = _r(dot(psi, psi), s), 0.25 / (s * (1.0 + w))
+        dpsi = add(times(s, D), times(r * dot(psi, D), psi))
+        dc = add(u, cross(c, add(A, times(-q, cross(psi, D)))))
+        bent = combined(dot(psi, dpsi) / 12.0, c, -dot(c, dpsi) / 24.0, psi, -dot(psi, c) / 24.0, dpsi)
+        gamma = add(_straightened(psi, add(c, dc)), bent)
+        for k in range(3):
+            stress[i, k] = axial[i, k] * (gamma[k] - chord[i, k])
+            stress[i, 3 + k] = bending[i, k] * (psi[k] + dpsi[k] - twist[i, k])
+    return stress
+
+
+@njit(cache=True, error_model="numpy")
 def _turned(x: float, y: float, z: float, a: Vector) -> Vector:
     """exp((x, y, z)^) a."""
     t = x * x + y * y + z * z

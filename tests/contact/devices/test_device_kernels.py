@@ -96,5 +96,6 @@ def test_braced() -> None:
     curvature, n = curvatures()
     largest = np.linalg.eigvalsh(curvature)[:, 2]
     assert (largest > 1e-9).any() and (largest < 1e-9).any()
-    expected = curvature - 7.0 * largest[:, None, None] * n[:, :, None] * n[:, None, :]
-    np.testing.assert_allclose(braced(curvature, n, 7.0), expected, atol=1e-13)
+    found, brace = braced(curvature, n, 7.0)
+    np.testing.assert_allclose(brace, 7.0 * np.maximum(largest, 0.0), atol=1e-13)
+    np.testing.assert_allclose(found, curvature - brace[:, None, None] * n[:, :, None] * n[:, None, :], atol=1e-13)

@@ -53,7 +53,7 @@ def test_the_coupled_operator_against_dense_matrices() -> None:
     """W = H (A + ZᵀM Z)⁻¹ Hᵀ of wire and block together, inverted densely; free and corrective motions likewise."""
     system, steps = run(pressed(2e5, steps=1))
     lin, lam, (wire, block), (pair,) = steps[-1].result.linearisation, steps[-1].result.lam, system.bodies, system.pairs
-    coupling = pair.stiffen(lam)
+    coupling = pair.stiffen(lam).coupling
     assert coupling is not None
     H = {body: rows.take(lin.rows) for body, rows in lin.free.items()}
     operator = coupled(H, coupling, lin.rows)

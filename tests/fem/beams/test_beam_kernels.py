@@ -33,6 +33,22 @@ def test_assembly_is_the_oracle(angle):
         np.testing.assert_allclose(found, exact, atol=1e-14)
 
 
+@pytest.mark.parametrize("angle", [0.0, 0.3, 0.49, 0.51, 1.5, 2.8])
+def test_extrapolated_stress_is_linear(angle):
+    """What the stress of a motion by ε d, less that without, tends to over ε: by central differences."""
+    edges, R, data = random_chain(7, angle, seed=3)
+    x, d = np.vstack([np.zeros(3), np.cumsum(edges, axis=0)]), np.random.default_rng(4).normal(size=(8, 6))
+
+    def stress(part):
+        _, turned, moved = kernels.update(x, R, edges, part * d)
+        gamma, psi = strains(moved, turned)
+        return np.hstack([data.axial * (gamma - data.chord), data.bending * (psi - data.twist)])
+
+    expected = stress(0.0) + (stress(1e-5) - stress(-1e-5)) / 2e-5
+    found = kernels.extrapolated_stress(*arguments(edges, R, data), d)
+    np.testing.assert_allclose(found, expected, rtol=1e-7, atol=1e-7 * np.abs(expected).max())
+
+
 def test_a_half_turn_is_no_number():
     """An element whose ends are turned by π against each other has no mean frame, and says so."""
     edges, R, data = random_chain(1, 1.0)
