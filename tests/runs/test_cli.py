@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from mpi4py import MPI
+from ranks import on_two_ranks
 
 import validation.cases  # noqa: F401  enters the cases into the catalogue
 from contact.certificate import Tolerances
@@ -26,7 +27,7 @@ from runs.cli import BAD_INPUT, DONE, NOT_CONVERGED, OUTSIDE, main
 from validation.case import CASES, Run
 
 SCENES = Path(__file__).parents[2] / "runs"
-BIN = Path(sys.executable).parent
+PROGRAM = Path(sys.executable).with_name("signorini")
 ISSUE_2 = {
     "transition", "hertz-line", "hertz-point", "punch-cone", "punch-wedge", "punch-flat", "bar-stop", "two-bars",
     "membrane-ball", "membrane-disc", "string", "layer", "receding", "plug", "ball-shell", "v-groove", "duplicated",
@@ -46,13 +47,9 @@ surface = { kind = "plane", point = [0.0, 0.0], normal = [0.0, 1.0] }
 """
 
 
-def program(*arguments: str, ranks: int = 1, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+def program(*arguments: str) -> subprocess.CompletedProcess[str]:
     """The installed command in a process of its own."""
-    launcher = [str(BIN / "mpiexec"), "-n", str(ranks)] if ranks > 1 else []
-    return subprocess.run(
-        [*launcher, str(BIN / "signorini"), *arguments],
-        capture_output=True, text=True, timeout=120, cwd=cwd, check=False,
-    )  # fmt: skip
+    return subprocess.run([PROGRAM, *arguments], capture_output=True, text=True, timeout=120, check=False)
 
 
 def loaded(code: str, cwd: Path) -> set[str]:
@@ -335,11 +332,10 @@ def test_vtk_reads_it(record: Path) -> None:
         assert u[np.abs(points[:, 1]) < 1e-9, 1] == pytest.approx(0.12 * (step + 1) / 6, rel=1e-12)
 
 
-@pytest.mark.skipif(not (BIN / "mpiexec").exists(), reason="no mpiexec")
 def test_two_ranks_validate(reports: Callable[..., list[dict[str, Any]]]) -> None:
     """Every quantity on two ranks is that on one to 1e-9, in the plane, in space and on bars."""
     arguments = ["string", "hertz-line", "layer", "plug", "hertz-point", "--h", "0.125"]
-    done = program("validate", *arguments, "--json", ranks=2)
+    done = on_two_ranks(PROGRAM, "validate", *arguments, "--json")
     two = [json.loads(line) for line in done.stdout.splitlines()]
     one = reports(*arguments)
     assert len(one) == len(two) >= 5, done.stderr
@@ -354,10 +350,9 @@ def test_two_ranks_validate(reports: Callable[..., list[dict[str, Any]]]) -> Non
                 assert value == pytest.approx(expected, rel=1e-9, abs=1e-12), (here["case"], name)
 
 
-@pytest.mark.skipif(not (BIN / "mpiexec").exists(), reason="no mpiexec")
 def test_two_ranks_run(record: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A record from two ranks shows, plots and equals that from one; its nodes stand in the mesh's order."""
-    done = program("run", str(SCENES / "squeezed-tube.toml"), "-o", "tube.vtkhdf", ranks=2, cwd=tmp_path)
+    done = on_two_ranks(PROGRAM, "run", SCENES / "squeezed-tube.toml", "-o", "tube.vtkhdf", cwd=tmp_path)
     assert done.returncode == DONE, done.stderr
     assert done.stdout == "tube.vtkhdf\n"
     two = tmp_path / "tube.vtkhdf"

@@ -93,12 +93,3 @@ def quantities(comm: Any) -> dict[str, float]:
     }
     system.close()
     return result
-
-
-if __name__ == "__main__":
-    import json
-    import sys
-
-    values = quantities(MPI.COMM_WORLD)
-    if MPI.COMM_WORLD.rank == 0:
-        json.dump(values, sys.stdout)

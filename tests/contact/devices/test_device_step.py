@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import json
-import shutil
-import subprocess
-import sys
 from itertools import pairwise
-from pathlib import Path
 
 import device_examples
 import numpy as np
 import pytest
 from device_examples import RADIUS, pushed, run, wire
 from device_examples import contact as contact_table
-from mpi4py import MPI
+from ranks import same_on_two_ranks
 
 import contact.devices.device_contact
 import contact.step
@@ -157,24 +152,7 @@ def test_methods_agree(method):
 
 def test_two_ranks() -> None:
     """Forces, places and passes of a pushed wire are the same on one and on two ranks."""
-    launcher = Path(sys.executable).parent / "mpiexec"
-    mpiexec = str(launcher) if launcher.exists() else shutil.which("mpiexec")
-    if mpiexec is None:
-        pytest.skip("no mpiexec")
-    done = subprocess.run(
-        [mpiexec, "-n", "2", sys.executable, device_examples.__file__],
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-        cwd=Path(__file__).parents[3],
-    )
-    assert done.returncode == 0, done.stderr[-2000:]
-    two, one = json.loads(done.stdout), device_examples.quantities(MPI.COMM_SELF)
-    assert one["force"] > 0
-    assert two.keys() == one.keys()
-    for name, value in one.items():
-        assert two[name] == pytest.approx(value, rel=1e-9, abs=1e-12), name
+    assert same_on_two_ranks(device_examples)["force"] > 0
 
 
 def test_midpoint_is_refused():

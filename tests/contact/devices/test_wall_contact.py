@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import copy
-import json
-import shutil
-import subprocess
-import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import wall_examples
 from device_examples import run
-from mpi4py import MPI
 from numpy.typing import NDArray
+from ranks import same_on_two_ranks
 from scipy.linalg import block_diag
 from scipy.optimize import lsq_linear
 from wall_examples import RADIUS, pressed
@@ -217,21 +212,4 @@ def test_explain_says_what_a_wall_costs() -> None:
 
 def test_two_ranks() -> None:
     """The wire on both ranks, the block shared out: what one rank gives, with the block's inertia and without."""
-    launcher = Path(sys.executable).parent / "mpiexec"
-    mpiexec = str(launcher) if launcher.exists() else shutil.which("mpiexec")
-    if mpiexec is None:
-        pytest.skip("no mpiexec")
-    done = subprocess.run(
-        [mpiexec, "-n", "2", sys.executable, wall_examples.__file__],
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-        cwd=Path(__file__).parents[3],
-    )
-    assert done.returncode == 0, done.stderr[-2000:]
-    two, one = json.loads(done.stdout), wall_examples.quantities(MPI.COMM_SELF)
-    assert one["0: force"] > 0
-    assert two.keys() == one.keys()
-    for name, value in one.items():
-        assert two[name] == pytest.approx(value, rel=1e-8, abs=1e-12), name
+    assert same_on_two_ranks(wall_examples, rel=1e-8)["0: force"] > 0

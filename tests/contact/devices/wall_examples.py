@@ -1,14 +1,11 @@
-"""Wires on bodies that give way, for tests and benchmarks; as a program, under mpiexec, it prints what one comes to."""
+"""Wires on bodies that give way, for tests and benchmarks."""
 
 from __future__ import annotations
 
-import json
-import sys
 from typing import Any
 
 import numpy as np
 from device_examples import run
-from mpi4py import MPI
 
 RADIUS = 5e-4
 
@@ -53,9 +50,3 @@ def quantities(comm: Any) -> dict[str, float]:
         }
         system.close()
     return result
-
-
-if __name__ == "__main__":
-    values = quantities(MPI.COMM_WORLD)
-    if MPI.COMM_WORLD.rank == 0:
-        json.dump(values, sys.stdout)
