@@ -119,9 +119,9 @@ def test_json(reports: Callable[..., list[dict[str, Any]]]) -> None:
 
 def test_levels(reports: Callable[..., list[dict[str, Any]]]) -> None:
     """One object per level; --order, --h, --n and --method are taken."""
-    found = reports("string", "duplicated", "--h", "0.05", "--method", "lemke")
+    found = reports("string", "opposed", "--h", "0.05", "--method", "lemke")
     assert [(r["case"], r["h"], r["method"]) for r in found] == [
-        ("string", 0.05, "lemke"), ("duplicated", 0.05, "lemke"),
+        ("string", 0.05, "lemke"), ("opposed", 0.05, "lemke"),
     ]  # fmt: skip
     (report,) = reports("hertz-line", "--h", "0.1", "--order", "1", "--set", "a=0.3")
     assert (report["order"], report["dofs"]) == (1, 242)
