@@ -10,12 +10,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from test_resume import interrupted, same_steps
 
 from contact.certificate import Tolerances
-from contact.record import Record, RecordReader, compare
+from contact.record import RecordReader, compare
 from runs.cli import DONE, NOT_CONVERGED, main
 
-STEPS = """
+SCENE = """
 [[body]]
 name = "wire"
 kind = "beam"
@@ -44,56 +45,44 @@ integrator = "implicit-euler"
 """
 
 
-def written(folder: Path, tube=1e-3, more="", name="scene.toml") -> str:
+def written(folder: Path, tube: float = 1e-3, more: str = "") -> Path:
     """The scene's file."""
-    (folder / name).write_text(STEPS.format(tube=tube, more=more), encoding="utf8")
-    return str(folder / name)
+    scene = folder / "scene.toml"
+    scene.write_text(SCENE.format(tube=tube, more=more), encoding="utf8")
+    return scene
 
 
-def test_the_same_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_same_twice(tmp_path: Path) -> None:
     """Two runs give the same record, bit for bit; there is contact in it."""
-    monkeypatch.chdir(tmp_path)
-    scene = written(tmp_path)
-    for name in ("one", "two"):
-        assert main(["run", scene, "-o", f"{name}.vtkhdf"]) == DONE
-    assert compare(tmp_path / "one.vtkhdf", tmp_path / "two.vtkhdf") is None
-    with RecordReader(tmp_path / "one.vtkhdf") as reader:
+    scene, one, two = written(tmp_path), tmp_path / "one.vtkhdf", tmp_path / "two.vtkhdf"
+    for record in (one, two):
+        assert main(["run", str(scene), "-o", str(record)]) == DONE
+    assert compare(one, two) is None
+    with RecordReader(one) as reader:
         assert reader.count == 8
         assert reader.steps()["active"].max() > 0
 
 
 @pytest.mark.parametrize("after", [1, 6])
-def test_resume(after: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_resume(after: int, tmp_path: Path) -> None:
     """A run that stops, in flight or in contact, goes on by the same passes to what it would have been."""
-    monkeypatch.chdir(tmp_path)
-    scene, append = written(tmp_path), Record.append
-    assert main(["run", scene, "-o", "whole.vtkhdf"]) == DONE
-
-    def stop(self, step):
-        if self.count == after:
-            raise KeyboardInterrupt
-        append(self, step)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(Record, "append", stop)
-        with pytest.raises(KeyboardInterrupt):
-            main(["run", scene, "-o", "part.vtkhdf"])
-    assert main(["run", scene, "--resume", "part.vtkhdf"]) == DONE
-    with RecordReader(tmp_path / "whole.vtkhdf") as a, RecordReader(tmp_path / "part.vtkhdf") as b:
+    scene, whole = written(tmp_path), tmp_path / "whole.vtkhdf"
+    part = interrupted(scene, tmp_path / "part.vtkhdf", after)
+    assert main(["run", str(scene), "-o", str(whole)]) == DONE
+    assert main(["run", str(scene), "--resume", str(part)]) == DONE
+    with RecordReader(whole) as a, RecordReader(part) as b:
+        assert a.count == 8
         for key in ("time", "substeps", "passes", "contacts", "active"):
             np.testing.assert_array_equal(b.steps()[key], a.steps()[key], err_msg=key)
-        for step in range(8):
-            for one, two in zip((a.contact(step), *a.fields(step)), (b.contact(step), *b.fields(step)), strict=True):
-                for name, values in one.items():
-                    # Closest points are sought from those of the step before, and agree to 1e-12 of the radius: in
-                    # SI units that is nothing but for normals and stresses, which turn by as much.
-                    np.testing.assert_allclose(two[name], values, rtol=0, atol=1e-10, err_msg=f"{step} {name}")
+        # Closest points are sought from those of the step before, and agree to 1e-12 of the radius: in SI units that is
+        # nothing but for normals and stresses, which turn by as much.
+        same_steps(a, b, abs=1e-10)
 
 
-def failed(scene: str, record: Path, capfd: pytest.CaptureFixture[str]) -> dict[str, list[float]]:
+def failed(scene: Path, record: Path, capfd: pytest.CaptureFixture[str]) -> dict[str, list[float]]:
     """Assert exit code 3 with one line, and a record whose last step alone is marked; its rows of steps."""
     capfd.readouterr()
-    assert main(["run", scene, "-o", str(record)]) == NOT_CONVERGED
+    assert main(["run", str(scene), "-o", str(record)]) == NOT_CONVERGED
     out, err = capfd.readouterr()
     assert out == ""
     assert err.count("\n") == 1, err
@@ -115,7 +104,7 @@ def test_a_wire_wider_than_its_tube(tmp_path: Path, capfd: pytest.CaptureFixture
     scene = written(tmp_path, tube=2e-4, more="interference = 1.0")
     steps = failed(scene, tmp_path / "r.vtkhdf", capfd)
     assert len(steps["time"]) == 1
-    assert main(["run", scene, "--resume", str(tmp_path / "r.vtkhdf")]) == 2
+    assert main(["run", str(scene), "--resume", str(tmp_path / "r.vtkhdf")]) == 2
     assert "did not converge" in capfd.readouterr().err
 
 
@@ -137,7 +126,7 @@ def test_a_wall_closes(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> Non
         """,
         encoding="utf8",
     )
-    steps = failed(str(tmp_path / "s.toml"), tmp_path / "r.vtkhdf", capfd)
+    steps = failed(tmp_path / "s.toml", tmp_path / "r.vtkhdf", capfd)
     assert list(steps["converged"]) == [1, 1, 1, 0]
 
 
