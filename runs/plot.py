@@ -87,8 +87,7 @@ def record_figure(path_record: str | os.PathLike[str], step: int = -1) -> Figure
     places = figure.add_gridspec(1, 2, width_ratios=(1.25, 1))
     _draw_bodies(figure, places[0], frame)
     _draw_profile(figure.add_subplot(places[1]), frame)
-    figure.suptitle(title(frame), color="black" if frame.row["converged"] else VERMILLION)
-    figure.supxlabel(footer(frame), fontsize=8, color="0.3")
+    caption(figure, frame, 8)
     return figure
 
 
@@ -202,11 +201,13 @@ def title(frame: Frame) -> str:
     return f"{frame.title},  t = {frame.row['time']:g} s{state}"
 
 
-def footer(frame: Frame) -> str:
-    """The certificate and the sizes, in two lines."""
+def caption(figure: Figure, frame: Frame, letters: float) -> None:
+    """The title above; below, in two lines of small `letters` [pt], the certificate and the sizes."""
     residuals = ",  ".join(f"{name.replace('_', ' ')} {frame.row[name]:.1e}" for name in CERTIFICATE)
     size = f"unknowns {frame.run['unknowns']}" if "unknowns" in frame.run else f"nodes {len(frame.bodies.grid.points)}"
-    return f"{residuals}\n{size},  contacts {frame.row['contacts']},  active {frame.row['active']}"
+    contacts = f"contacts {frame.row['contacts']},  active {frame.row['active']}"
+    figure.suptitle(title(frame), fontsize=12, color="black" if frame.row["converged"] else VERMILLION)
+    figure.supxlabel(f"{residuals}\n{size},  {contacts}", fontsize=letters, color="0.3")
 
 
 def new_figure(size: tuple[float, float]) -> Figure:

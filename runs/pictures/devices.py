@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,27 +11,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from contact.record import RecordReader
 from contact.surfaces.implicit import Surface
 from runs.pictures.frame import Frame
-from runs.pictures.plane import BLUE, GREY, VERMILLION, Floats, Ints
+from runs.pictures.history import History, draw_contacts, draw_history
 from runs.pictures.sights import Sight, View, beams_of, sight_of, smooth
+from runs.pictures.space import DECADES, WIDTH, draw_view, library, plotter_of
 from runs.pictures.walls import lining_of
-from runs.plot import DPI, footer, new_figure, title
+from runs.plot import DPI, caption, new_figure, title
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-WIDTH, COLOUR_BAR = 10.7, 0.9
-"""Of a still, 1600 pixels, and of its bar of colours [in]."""
+COLOUR_BAR = 0.9
+"""Width of a bar of colours [in]."""
 
 FRAMES, PER_SECOND = 150, 15
 """Of an animation, at most, and how many it shows a second."""
 
 COLOURS, LINING, STEEL, WALL = "plasma", "GnBu", "#64768A", np.array([0.90, 0.40, 0.33])
-
-DECADES = 1e3
-"""The largest contact force over the smallest one that has a colour of its own."""
 
 
 class Stage:
@@ -46,14 +42,7 @@ class Stage:
 
     def __init__(self, sight: Sight, view: View, pixels: float) -> None:
         pyvista = library()
-        # Without a display VTK complains before it finds EGL or OSMesa.
-        pyvista.vtk_verbosity("off")
-        self.sight, self.view = sight, view
-        size = round(view.width * pixels), round(view.height * pixels)
-        self.plotter: Any = pyvista.Plotter(off_screen=True, window_size=size, lighting="light kit")
-        if not self.plotter.render_window.SupportsOpenGL():
-            raise OSError("pictures of devices need OpenGL: VTK found neither a display nor EGL or OSMesa")
-        self.plotter.set_background("white")
+        self.sight, self.view, self.plotter = sight, view, plotter_of(view, pixels, 2 * sight.size)
         for wall in sight.walls:
             if len(wall.points):
                 # Translucent triangles are drawn from the furthest to the nearest: depth peeling, which would order
@@ -69,12 +58,6 @@ class Stage:
                 # The normals are those of the potential; none are to be computed from the triangles.
                 actor.prop.interpolation = "phong"
                 actor.ForceTranslucentOn()
-        self.plotter.camera.parallel_projection = True
-        self.plotter.camera.focal_point = view.centre
-        self.plotter.camera.position = view.centre + 2 * sight.size * view.eye
-        self.plotter.camera.up = view.up
-        self.plotter.camera.parallel_scale = view.height / 2
-        self.plotter.camera.clipping_range = (0.01 * sight.size, 4 * sight.size)
 
     def shot(self, frame: Frame) -> NDArray[np.uint8]:
         """The step as an image (h, w, 3)."""
@@ -164,10 +147,8 @@ def device_figure(path_record: str | os.PathLike[str], step: int = -1) -> Figure
         axes.append(figure.add_subplot(above[i]))
         draw_view(axes[-1], image, view)
     _draw_colours(figure, axes, sight)
-    below = places[1].subgridspec(1, 4)
-    draw_history([figure.add_subplot(below[i]) for i in range(4)], history, float(frame.row["time"]))
-    figure.suptitle(title(frame), fontsize=12, color="black" if frame.row["converged"] else VERMILLION)
-    figure.supxlabel(footer(frame), fontsize=7.5, color="0.3")
+    draw_history(figure, places[1], history, float(frame.row["time"]))
+    caption(figure, frame, 7.5)
     return figure
 
 
@@ -193,7 +174,7 @@ def animate(path_record: str | os.PathLike[str], path_movie: str | os.PathLike[s
     with Stage(sight, view, 110 * 8.0 / view.width) as stage:
         shown = draw_view(axes, stage.shot(last), view)
         _draw_colours(figure, [axes], sight)
-        _draw_contacts(below, history)
+        draw_contacts(below, history)
         below.set_xlabel("time t [s]")
         below.legend(fontsize=8, loc="upper left")
         now = below.axvline(float(last.row["time"]), color="black", linewidth=0.8)
@@ -219,74 +200,6 @@ def _surfaces(frame: Frame) -> list[Surface]:
         return []
 
 
-@dataclass(frozen=True, eq=False)
-class History:
-    """All steps of a record, (steps,).
-
-    Attributes
-    ----------
-    time, seconds : of the step's end in the scene [s], and of its computation
-    total, largest : Σλ and max λ [N]
-    candidates, active, passes, substeps : numbers
-    """
-
-    time: Floats
-    seconds: Floats
-    total: Floats
-    largest: Floats
-    candidates: Ints
-    active: Ints
-    passes: Ints
-    substeps: Ints
-
-    @classmethod
-    def read(cls, path: str | os.PathLike[str]) -> History:
-        """From a record's ``/steps`` and ``/contact``."""
-        with RecordReader(path) as record:
-            rows = record.steps()
-            lam = np.concatenate([np.zeros(0), *record.slabs("/contact/lambda")])
-            ends = np.concatenate([*record.slabs("/contact/offsets")])
-        step = np.repeat(np.arange(record.count), np.diff(ends))
-        largest = np.zeros(record.count)
-        np.maximum.at(largest, step, lam)
-        return cls(
-            rows["time"], rows["seconds/total"], np.bincount(step, lam, record.count), largest, rows["contacts"],
-            rows["active"], rows["passes"], rows["substeps"],
-        )  # fmt: skip
-
-
-def draw_view(axes: Any, image: NDArray[np.uint8], view: View) -> Any:
-    """The image with a scale bar and the directions of the axes."""
-    w, h = view.width, view.height
-    axes.set_axis_off()
-    shown = axes.imshow(image, extent=(0, w, 0, h), interpolation="antialiased")
-    length = _round(0.25 * w)
-    at = np.array([0.04 * w, 0.035 * h])
-    axes.plot([at[0], at[0] + length], [at[1]] * 2, color="black", linewidth=2.5, solid_capstyle="butt")
-    axes.annotate(
-        f"{1e3 * length:g} mm",
-        at + np.array([length / 2, 0]),
-        (0, 4),
-        textcoords="offset points",
-        ha="center",
-        fontsize=9,
-    )
-    arm, foot = 0.06 * h, at + np.array([0.03 * h, 0.17 * h])
-    for name, e in zip("xyz", np.column_stack([view.right, view.up]), strict=True):
-        tip = foot + arm * e
-        axes.annotate("", tip, foot, arrowprops={"arrowstyle": "-|>", "color": "black", "linewidth": 0.9, "shrinkA": 0})
-        if np.linalg.norm(e) > 0.25:
-            axes.text(*(foot + arm * e * (1 + 0.35 / np.linalg.norm(e))), name, ha="center", va="center", fontsize=9)
-    axes.set(xlim=(0, w), ylim=(0, h))
-    return shown
-
-
-def _round(length: float) -> float:
-    """The largest of 1, 2, 5 times a power of ten that is not above `length`."""
-    power = 10.0 ** np.floor(np.log10(length))
-    return float(power * max(digit for digit in (1, 2, 5) if digit * power <= length * (1 + 1e-12)))
-
-
 def _draw_colours(figure: Figure, axes: list[Any], sight: Sight) -> None:
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import LogNorm, Normalize
@@ -296,43 +209,6 @@ def _draw_colours(figure: Figure, axes: list[Any], sight: Sight) -> None:
         figure.colorbar(shades, ax=axes, label="the wall has moved by [mm]", shrink=0.8, aspect=30, pad=0.01)
     colours = ScalarMappable(LogNorm(sight.top / DECADES, sight.top), COLOURS)
     figure.colorbar(colours, ax=axes, label="contact force λ [N]", shrink=0.8, aspect=30, pad=0.01, extend="min")
-
-
-def _unit(force: float) -> tuple[float, str]:
-    """The factor and the unit in which a force [N] reads best."""
-    power = int(np.clip(-np.floor(np.log10(max(force, 1e-300)) / 3), 0, 3))
-    return 10.0 ** (3 * power), ("N", "mN", "µN", "nN")[power]
-
-
-def draw_history(axes: list[Any], history: History, time: float) -> None:
-    factor, unit = _unit(float(history.total.max(initial=0.0)))
-    axes[0].plot(history.time, factor * history.total, color=BLUE, linewidth=1, label="sum")
-    axes[0].plot(history.time, factor * history.largest, color=VERMILLION, linewidth=1, label="largest")
-    axes[0].set_ylim(bottom=0)
-    axes[0].set_title(f"contact force [{unit}]", fontsize=9)
-    _draw_contacts(axes[1], history)
-    axes[2].plot(history.time, history.passes, ".", color=BLUE, markersize=3, label="passes")
-    axes[2].plot(history.time, history.substeps, ".", color=VERMILLION, markersize=3, label="substeps")
-    axes[2].set_title("a step's passes and substeps", fontsize=9)
-    axes[2].set_ylim(bottom=0)
-    axes[3].plot(history.time, 1e3 * history.seconds, ".", color=BLUE, markersize=3)
-    median = 1e3 * float(np.median(history.seconds))
-    axes[3].axhline(median, color=VERMILLION, linewidth=1, label=f"median {median:.3g} ms")
-    axes[3].set_yscale("log")
-    axes[3].set_title("computing time of a step [ms]", fontsize=9)
-    for panel in axes:
-        panel.axvline(time, color="black", linewidth=0.7, zorder=0)
-        panel.set_xlabel("time t [s]", fontsize=8)
-        panel.tick_params(labelsize=8)
-        panel.grid(alpha=0.3)
-        panel.legend(fontsize=7, framealpha=0.6)
-
-
-def _draw_contacts(axes: Any, history: History) -> None:
-    axes.plot(history.time, history.candidates, color=GREY, linewidth=1, label="candidates")
-    axes.plot(history.time, history.active, color=BLUE, linewidth=1, label="with force")
-    axes.set_title("contacts", fontsize=9)
-    axes.set_ylim(bottom=0)
 
 
 def _writer(path: Path) -> Any:
@@ -349,11 +225,3 @@ def _writer(path: Path) -> Any:
         ) from None
     rcParams["animation.ffmpeg_path"] = ffmpeg.get_ffmpeg_exe()
     return animation.FFMpegWriter(fps=PER_SECOND)
-
-
-def library() -> Any:
-    try:
-        import pyvista
-    except ImportError:
-        raise ImportError("pictures in space need pyvista: pip install 'signorini[plot]'") from None
-    return pyvista

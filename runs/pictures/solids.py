@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meshes.simplices import EDGES
-from runs.pictures.devices import DECADES, WIDTH, History, draw_history, draw_view, library
 from runs.pictures.frame import Frame
-from runs.pictures.plane import VERMILLION, Bodies, Floats, Patches, edges, subdivided
+from runs.pictures.history import History, draw_history
+from runs.pictures.plane import Bodies, Floats, Patches, edges, subdivided
 from runs.pictures.sights import View
-from runs.plot import DPI, footer, new_figure, title
+from runs.pictures.space import DECADES, WIDTH, draw_view, library, plotter_of
+from runs.plot import DPI, caption, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -72,7 +73,7 @@ def solid_figure(path_record: str | os.PathLike[str], step: int = -1) -> Figure:
     tall = max((WIDTH / 2 - 0.8) * view.height / view.width for view, _ in views)
     figure = new_figure((WIDTH, tall + 3.6))
     places = figure.add_gridspec(2, 1, height_ratios=(tall + 0.6, 2.4))
-    above, below = places[0].subgridspec(1, 2, wspace=0.04), places[1].subgridspec(1, 4)
+    above = places[0].subgridspec(1, 2, wspace=0.04)
     # Stress is singular at clamped edges: the last half percent must not take all the colours.
     stress, pressure = nodal(bodies), linear(bodies, frame.point_data["contact_pressure"])
     tops = float(np.quantile(stress, 0.995)) or 1.0, float(pressure.max()) or 1.0
@@ -86,9 +87,8 @@ def solid_figure(path_record: str | os.PathLike[str], step: int = -1) -> Figure:
         axes = figure.add_subplot(above[number])
         draw_view(axes, image, view)
         _draw_colours(figure, axes, scale, bool(values.max() > scale.top))
-    draw_history([figure.add_subplot(below[i]) for i in range(4)], history, float(frame.row["time"]))
-    figure.suptitle(title(frame), fontsize=12, color="black" if frame.row["converged"] else VERMILLION)
-    figure.supxlabel(footer(frame), fontsize=7.5, color="0.3")
+    draw_history(figure, places[1], history, float(frame.row["time"]))
+    caption(figure, frame, 7.5)
     return figure
 
 
@@ -159,16 +159,8 @@ def shot(
     bodies: Bodies, values: Floats, shown: NDArray[Any], view: View, cut: Cut | None, scale: Scale
 ) -> NDArray[np.uint8]:
     """The deformed solids numbered `shown` with nodal values as colours, rendered off screen, as an image (h, w, 3)."""
-    pyvista = library()
-    # Without a display VTK complains before it finds EGL or OSMesa.
-    pyvista.vtk_verbosity("off")
-    pixels = 1.5 * DPI * (WIDTH / 2) / view.width
-    size = round(view.width * pixels), round(view.height * pixels)
-    plotter: Any = pyvista.Plotter(off_screen=True, window_size=size, lighting="light kit")
+    plotter = plotter_of(view, 1.5 * DPI * (WIDTH / 2) / view.width, 4 * max(view.width, view.height))
     try:
-        if not plotter.render_window.SupportsOpenGL():
-            raise OSError("pictures of solids need OpenGL: VTK found neither a display nor EGL or OSMesa")
-        plotter.set_background("white")
         plotter.enable_anti_aliasing("ssaa")
         for number in np.unique(shown):
             solid = _solid(bodies, int(number), values)
@@ -185,13 +177,6 @@ def shot(
                 if drawn is not None and drawn.n_cells:
                     drawn.points = drawn.points + 2e-3 * view.height * view.eye
                     plotter.add_mesh(drawn, color="black", line_width=line, opacity=opacity, lighting=False)
-        camera, far = plotter.camera, 4 * max(view.width, view.height)
-        camera.parallel_projection = True
-        camera.focal_point = view.centre
-        camera.position = view.centre + far * view.eye
-        camera.up = view.up
-        camera.parallel_scale = view.height / 2
-        camera.clipping_range = (0.01 * far, 3 * far)
         plotter.render()
         image: NDArray[np.uint8] = plotter.screenshot(return_img=True)
         return image
