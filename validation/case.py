@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -241,6 +241,12 @@ class Run:
         """Destroy the PETSc objects of the run. Collective."""
         if self.solved is not None:
             self.solved.system.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
     def report(self, quantities: list[Quantity]) -> dict[str, Any]:
         """The object that ``validate --json`` prints."""

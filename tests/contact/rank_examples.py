@@ -40,10 +40,9 @@ def quantities(comm: Any) -> dict[str, float]:
     result = {}
     for name, changes, h, order in LEVELS:
         case = CASES[name]
-        run = Run(case, comm, case.configure(changes), h, order, case.method)
-        for quantity in case.solve(run):
-            result[f"{name} {changes} {order}: {quantity.name}"] = quantity.computed
-        run.close()
+        with Run(case, comm, case.configure(changes), h, order, case.method) as run:
+            for quantity in case.solve(run):
+                result[f"{name} {changes} {order}: {quantity.name}"] = quantity.computed
     return result | _sliding_block(comm) | _falling_block(comm) | _corner(comm) | _two_bodies(comm)
 
 

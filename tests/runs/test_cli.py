@@ -219,16 +219,15 @@ def test_what_explain_says(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> N
     assert calls == ["assemble", "factor"]
     calls.clear()
     case = CASES["v-groove"]
-    run = Run(case, MPI.COMM_SELF, case.configure({"beta": 0.8}), 1.0, 1, "status")
-    case.solve(run)
-    assert run.solved is not None
-    (block,) = run.solved.system.bodies
-    assert calls == []
-    assert isinstance(block, RigidBody)
-    assert block.A is None
-    assert block._ksp is None
-    assert len(run.solved.result.lam) == 4
-    run.close()
+    with Run(case, MPI.COMM_SELF, case.configure({"beta": 0.8}), 1.0, 1, "status") as run:
+        case.solve(run)
+        assert run.solved is not None
+        (block,) = run.solved.system.bodies
+        assert calls == []
+        assert isinstance(block, RigidBody)
+        assert block.A is None
+        assert block._ksp is None
+        assert len(run.solved.result.lam) == 4
 
 
 def test_phases(reports: Callable[..., list[dict[str, Any]]]) -> None:

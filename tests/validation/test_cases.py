@@ -16,11 +16,8 @@ from validation.case import CASES, Quantity, Run, fitted_rate
 def solve(name: str, h: float = 1.0, order: int | None = None, **changes: Any) -> tuple[Run, dict[str, Quantity]]:
     """A closed run and its quantities by name."""
     case = CASES[name]
-    run = Run(case, MPI.COMM_SELF, case.configure(changes), h, order or case.orders[-1], case.method)
-    try:
+    with Run(case, MPI.COMM_SELF, case.configure(changes), h, order or case.orders[-1], case.method) as run:
         quantities = case.solve(run)
-    finally:
-        run.close()
     assert run.solved is not None
     certificate = run.solved.result.certificate
     assert max(certificate.complementarity, certificate.equilibrium) <= 1e-8

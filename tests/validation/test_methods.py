@@ -66,10 +66,10 @@ def solved(request: pytest.FixtureRequest) -> Any:
     """A name and a solved case."""
     name, _, pair = request.param.partition(" ")
     case = CASES[name]
-    run = Run(case, MPI.COMM_SELF, case.configure(PAIRS[name] if pair else {}), COARSE[name], case.orders[-1], "status")
-    case.solve(run)
-    yield request.param, run
-    run.close()
+    parameters = case.configure(PAIRS[name] if pair else {})
+    with Run(case, MPI.COMM_SELF, parameters, COARSE[name], case.orders[-1], "status") as run:
+        case.solve(run)
+        yield request.param, run
 
 
 def test_every_case_is_here() -> None:
@@ -108,12 +108,11 @@ def test_on_the_displacements() -> None:
     case = CASES["membrane-ball"]
     shapes, forces = [], []
     for method in ("status", "vi-primal"):
-        run = Run(case, MPI.COMM_SELF, case.configure({}), 4 / 32, 1, method)
-        case.solve(run)
-        assert run.solved is not None
-        shapes.append(run.solved.system.bodies[0].u.copy())
-        forces.append(run.solved.forces())
-        run.close()
+        with Run(case, MPI.COMM_SELF, case.configure({}), 4 / 32, 1, method) as run:
+            case.solve(run)
+            assert run.solved is not None
+            shapes.append(run.solved.system.bodies[0].u.copy())
+            forces.append(run.solved.forces())
     assert np.abs(shapes[0]).max() > 0.5
     assert shapes[1] == pytest.approx(shapes[0], abs=1e-8)
     assert forces[1] == pytest.approx(forces[0], abs=1e-8 * forces[0].max())
@@ -123,12 +122,9 @@ def test_on_the_displacements() -> None:
 def test_every_method_meets_the_certificate(method: str) -> None:
     """hertz-line through the step: the same force, and all four residuals within 1e-8, whatever the method."""
     case = CASES["hertz-line"]
-    run = Run(case, MPI.COMM_WORLD, case.configure({}), 1 / 20, 2, method)
-    try:
+    with Run(case, MPI.COMM_WORLD, case.configure({}), 1 / 20, 2, method) as run:
         case.solve(run)
         assert run.solved is not None
         residuals = asdict(run.solved.result.certificate).values()
         assert max(residuals) <= 1e-8
         assert run.solved.forces().sum() == pytest.approx(0.07767674 / 2, rel=1e-3)
-    finally:
-        run.close()

@@ -27,8 +27,7 @@ def slenderness(ratio: float) -> Answer:
     E = 4 * EI / (np.pi * r**4)
     section = {"length": L, "elements": 8, "radius": r, "E": E, "nu": 0.3}
     plane = {"kind": "plane", "point": [0.0, -d - r, 0.0], "normal": [0.0, 1.0, 0.0]}
-    run = bench()
-    try:
+    with bench() as run:
         solved = run.march(
             lambda *_: None,
             body=[
@@ -50,8 +49,6 @@ def slenderness(ratio: float) -> Answer:
                 Quantity("clamp_moment", -beam_of(solved.system).reactions()[0, 5], -3 * EI * d / L**2, 1e-6),
             ],
         )
-    finally:
-        run.close()
 
 
 FITS = (*(-v for v in decades(-6, -1)[::-1]), *decades(-6, -1, 2))
@@ -63,8 +60,7 @@ def wire_fit(clearance: float) -> Answer:
     a, L, q, mass = 1e-3, 0.1, 2.0, 1e-2
     section = {"length": L, "elements": 20, "radius": a, "EA": 1e3, "EI": 1e-4, "GJ": 1e-4, "mass": mass}
     tube = {**STRAIGHT, "radius": a * (1 + clearance)}
-    run = bench()
-    try:
+    with bench() as run:
         solved = run.march(
             lambda *_: None,
             body=[
@@ -89,8 +85,6 @@ def wire_fit(clearance: float) -> Answer:
                 Quantity("weight", force[1], q * L, 1e-8),
             ],
         )
-    finally:
-        run.close()
 
 
 BENDS = [
@@ -175,8 +169,7 @@ def _inside(body: list[dict[str, Any]], contact: list[dict[str, Any]], end: floa
             worst[name] = max(worst[name], getattr(accepted.result.certificate, name))
         return outside(system)
 
-    run = bench()
-    try:
+    with bench() as run:
         solved = run.march(
             observe,
             body=body,
@@ -193,8 +186,6 @@ def _inside(body: list[dict[str, Any]], contact: list[dict[str, Any]], end: floa
             ],
         )
         return Answer(answer.quantities, worst, iterations, answer.contacts, answer.condition)
-    finally:
-        run.close()
 
 
 def outside(system: System) -> float:

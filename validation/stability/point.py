@@ -166,11 +166,8 @@ def _judged(answer: Answer, feasible: bool) -> tuple[Verdict, str]:
 def of_case(name: str, h: float = 1.0, **changes: Parameter) -> Answer:
     """The answer of a catalogue's case."""
     case = CASES[name]
-    run = Run(case, MPI.COMM_SELF, case.configure(changes), h, case.orders[-1], case.method)
-    try:
+    with Run(case, MPI.COMM_SELF, case.configure(changes), h, case.orders[-1], case.method) as run:
         return of_run(run, case.solve(run))
-    finally:
-        run.close()
 
 
 def bench(method: str = "status", parameters: dict[str, Parameter] | None = None) -> Run:

@@ -14,6 +14,7 @@ from contact.system import System
 from validation.case import Run
 from validation.stability.generators import Random
 from validation.stability.point import LIMITS, Verdict, bench, of_run
+from validation.stability.slits import plates
 from validation.stability.trials import Trial
 
 Floats = NDArray[np.float64]
@@ -72,8 +73,7 @@ def _solid(rng: Random) -> tuple[Tables, bool]:
         "supports": [{"tag": "left", "component": "x"}, {"tag": "front", "component": "y"}][: dim - 1],
         "loads": [],
     }
-    up = [0.0] * (dim - 1) + [1.0]
-    touching: Tables = {"body": "block", "tag": "bottom", "name": "below"}
+    touching: Tables = {"body": "block", "tag": "bottom"}
     touching["constraint"] = "mortar" if dim == 3 and order == 2 else str(rng.choice(["nodal", "mortar"]))
     kind = str(rng.choice(["plane", "sphere", "paraboloid", "slit"]))
     contact = [touching]
@@ -86,10 +86,7 @@ def _solid(rng: Random) -> tuple[Tables, bool]:
             body["loads"] = [{"kind": "body", "value": [0.0] * (dim - 1) + [-1.0]}]
         else:
             body["loads"] = [{"kind": "body", "value": [0.0] * (dim - 1) + [-1e-3 * E / H]}]
-        touching |= {"surface": {"kind": "plane", "point": [0.0] * dim, "normal": up}}
-        over = {"kind": "plane", "point": [*[0.0] * (dim - 1), H + width], "normal": [-v for v in up]}
-        touching |= {"interference": max(0.0, -width)}
-        contact.append({**touching, "tag": "top", "name": "above", "surface": over})
+        contact = [touching | plate for plate in plates(width, H, dim)]
         feasible = not rigid or width >= 0
     else:
         middle, radius = (size / 2).tolist()[:-1], float(rng.uniform(0.5, 4) * size.max())

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from validation.case import CASES, Quantity
 from validation.stability.point import Answer, bench, decades, of_case, of_run, sweep
+from validation.stability.slits import SLITS, plates
 
 Floats = NDArray[np.float64]
 
@@ -56,8 +57,7 @@ def _pressed(size: list[float], mesh: dict[str, Any], constraint: str, copies: i
     # one force moves its node by a cell's compliance, all of them the block by its own: digits are lost in proportion
     limit = max(EXACT, 1e-9 * max(*size, *mesh["n"]) / min(size))
     sides = [{"tag": "left", "component": "x"}, {"tag": "front", "component": "y"}][: dim - 1]
-    run = bench()
-    try:
+    with bench() as run:
         solved = run.solve(
             body=[
                 {
@@ -96,8 +96,6 @@ def _pressed(size: list[float], mesh: dict[str, Any], constraint: str, copies: i
                 *([Quantity("spread", float(np.ptp(shares, axis=0).max() / shares.max()), 0.0, SHARED)] * least),
             ],
         )
-    finally:
-        run.close()
 
 
 COPIES = (1.0, 2.0, 3.0, 5.0, 7.0, 10.0, 20.0, 30.0, 50.0, 100.0)
@@ -115,9 +113,6 @@ def duplicates_block_shared(copies: float) -> Answer:
     return _pressed([1.0, 1.0], {"n": [8, 8], "order": 1}, "nodal", int(copies), least=True)
 
 
-SLITS = (*(-w for w in decades(-9, -3)[::-1]), 0.0, *decades(-9, -3))
-
-
 @sweep("squeezed", "width of the slit less that of the block [m]", SLITS)
 def squeezed(width: float) -> Answer:
     """A heavy block between rigid plates and sides: −Mw − b/2 on the upper where it does not fit, that and b below.
@@ -126,9 +121,7 @@ def squeezed(width: float) -> Answer:
     """
     E, nu, b = 10.0, 0.3, 1e-2
     M = E * (1 - nu) / ((1 + nu) * (1 - 2 * nu))
-    run = bench()
-    plates = {"lower": ("bottom", 0.0, 1.0), "upper": ("top", 1.0 + width, -1.0)}
-    try:
+    with bench() as run:
         solved = run.solve(
             body=[
                 {
@@ -139,16 +132,7 @@ def squeezed(width: float) -> Answer:
                     "loads": [{"kind": "body", "value": [0.0, -b]}],
                 }
             ],
-            contact=[
-                {
-                    "name": name,
-                    "body": "block",
-                    "tag": tag,
-                    "surface": {"kind": "plane", "point": [0.0, y], "normal": [0.0, n]},
-                    "interference": max(0.0, -width),
-                }
-                for name, (tag, y, n) in plates.items()
-            ],
+            contact=plates(width),
         )
         lower, upper = solved.forces(0).sum(), solved.forces(1).sum()
         exact = max(0.0, -width * M - b / 2)
@@ -159,22 +143,17 @@ def squeezed(width: float) -> Answer:
                 Quantity("lower_over_weight", (lower - exact) / b, 1.0, EXACT),
             ],
         )
-    finally:
-        run.close()
 
 
 @cache
 def _receding(load: float) -> tuple[Answer, Floats]:
     """The answer of the receding layer, and λ/P."""
     case = CASES["receding"]
-    run = bench(parameters=case.configure({"P": load, "E": 1e6}))
-    run.h, run.order = 1 / 40, 2
-    try:
+    with bench(parameters=case.configure({"P": load, "E": 1e6})) as run:
+        run.h, run.order = 1 / 40, 2
         quantities = case.solve(run)
         assert run.solved is not None
         return of_run(run, quantities), run.solved.forces() / load
-    finally:
-        run.close()
 
 
 @sweep("load", "P [N]", decades(-9, 9), row="P×10⁶ keeps the active set of `receding`")

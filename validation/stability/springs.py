@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 
 from validation.case import Quantity
+from validation.exact.bars import BarStop
 from validation.stability.point import Answer, bench, decades, of_case, of_run, sweep
+from validation.stability.slits import SLITS, plates
 
 EXACT = 1e-10
 COPIES = (1.0, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0)
@@ -56,8 +58,7 @@ def _stacked(ratio: float, time: dict[str, Any], method: str = "status", limit: 
     ]
     floor = {"kind": "plane", "point": [0.0], "normal": [1.0]}
     lower = {"kind": "point", "body": "m1", "tag": "end", "normal": [1.0]}
-    run = bench(method)
-    try:
+    with bench(method) as run:
         solved = run.march(
             lambda *_: None,
             body=bodies,
@@ -74,8 +75,6 @@ def _stacked(ratio: float, time: dict[str, Any], method: str = "status", limit: 
                 Quantity("between", solved.forces(1).sum(), ratio * g, limit),
             ],
         )
-    finally:
-        run.close()
 
 
 @sweep("duplicates", "copies of the stop [-]", COPIES, row="duplicated constraints")
@@ -95,8 +94,7 @@ def duplicates_apart(spread: float) -> Answer:
     """Ten stops whose gaps differ: the nearest alone carries where they are apart by more than rounding."""
     k, F, g = 3.0, 1.0, 0.1
     gaps = g * (1 + spread * np.linspace(0, 1, 10))
-    run = bench()
-    try:
+    with bench() as run:
         solved = run.solve(
             body=[
                 {
@@ -126,11 +124,6 @@ def duplicates_apart(spread: float) -> Answer:
                 Quantity("reaction", solved.result.lam.sum(), F - k * g, EXACT),
             ],
         )
-    finally:
-        run.close()
-
-
-SLITS = (*(-w for w in decades(-9, -3)[::-1]), 0.0, *decades(-9, -3))
 
 
 @sweep("slit", "width w [m]", SLITS, feasible=lambda w: w >= 0, row="slit of zero and of negative width")
@@ -142,9 +135,7 @@ def slit(width: float) -> Answer:
 @sweep("slit-rigid", "width w [m]", SLITS, feasible=lambda w: w >= 0, row="slit of zero and of negative width")
 def slit_rigid(width: float) -> Answer:
     """A rigid block pulled down between two plates that alone hold it: its weight on the lower, or infeasible."""
-    run = bench()
-    plates = {"lower": ("bottom", 0.0, 1.0), "upper": ("top", 1.0 + width, -1.0)}
-    try:
+    with bench() as run:
         solved = run.solve(
             body=[
                 {
@@ -155,22 +146,11 @@ def slit_rigid(width: float) -> Answer:
                     "supports": [{"tag": "left", "component": "x"}],
                 }
             ],
-            contact=[
-                {
-                    "name": name,
-                    "body": "block",
-                    "tag": tag,
-                    "surface": {"kind": "plane", "point": [0.0, y], "normal": [0.0, n]},
-                    "interference": max(0.0, -width),
-                }
-                for name, (tag, y, n) in plates.items()
-            ],
+            contact=plates(width),
         )
         lower, upper = solved.forces(0).sum(), solved.forces(1).sum()
         u = float(np.abs(solved.system.bodies[0].u).max())
         return of_run(run, [Quantity("difference", lower - upper, 1.0, EXACT), Quantity("displacement", u, 0.0, EXACT)])
-    finally:
-        run.close()
 
 
 @sweep(
@@ -181,12 +161,9 @@ def slit_rigid(width: float) -> Answer:
 )
 def grazing(excess: float) -> Answer:
     """A bar pulled until it just touches its stop: u exact, λ within rounding of F − EAg/L, whatever the active set."""
-    from validation.exact.bars import BarStop
-
     F, g = 0.1 * (1 + excess), 0.1
     exact = BarStop(E=1.0, A=1.0, L=1.0, F=F, g=g)
-    run = bench()
-    try:
+    with bench() as run:
         solved = run.solve(
             body=[
                 {
@@ -208,8 +185,6 @@ def grazing(excess: float) -> Answer:
                 Quantity("reaction_over_F", (solved.forces().sum() - exact.reaction) / F, 0.0, EXACT),
             ],
         )
-    finally:
-        run.close()
 
 
 OPENINGS = (*decades(-6, -1), 0.3, np.pi / 6, 0.8, 1.2, *(float(np.pi / 2 - 10.0**-k) for k in range(1, 9)))

@@ -54,8 +54,7 @@ def _history(
         worst = max(result.certificate.complementarity, result.certificate.equilibrium)
         return float(result.lam.sum()), sum(system.bodies[0].energy().values()), worst
 
-    run = bench()
-    try:
+    with bench() as run:
         time = {"end": STEPS * dt, "steps": STEPS, "integrator": "implicit-euler"}
         solved = run.march(observe, body=body, contact=contact, time=time)
         force, energy, worst = np.array(solved.observed).T
@@ -72,8 +71,6 @@ def _history(
         )
         worst_residuals = {**answer.certificate, "complementarity": float(worst.max())}
         return Answer(answer.quantities, worst_residuals, answer.iterations, answer.contacts, answer.condition)
-    finally:
-        run.close()
 
 
 @sweep("time-step-bar", "Δt over the time of a wave along the bar and back [-]", decades(-6, 6, 2))
@@ -95,8 +92,7 @@ def time_step_bar(ratio: float) -> Answer:
         "velocity": -v0,
     }
     floor = {"body": "bar", "tag": "start", "surface": {"kind": "plane", "point": [0.0], "normal": [1.0]}}
-    run = bench()
-    try:
+    with bench() as run:
         time = {"end": STEPS * dt, "steps": STEPS, "integrator": "implicit-euler"}
         solved = run.march(observe, body=[bar], contact=[floor], time=time)
         impulse, energy = np.array(solved.observed).T
@@ -112,8 +108,6 @@ def time_step_bar(ratio: float) -> Answer:
                 Quantity("impulse_above", max(0.0, float(impulse.sum() / (2 * rho * L * v0) - 1)), 0.0, 1e-9),
             ],
         )
-    finally:
-        run.close()
 
 
 @sweep("time-step-beam", "Δt over the period of the first mode [-]", decades(-6, 6))
@@ -141,8 +135,7 @@ def time_step_beam(ratio: float) -> Answer:
         "velocity": [0.0, -v0, 0.0],
     }
     plane = {"kind": "plane", "point": [0.0, -d - a, 0.0], "normal": [0.0, 1.0, 0.0]}
-    run = bench()
-    try:
+    with bench() as run:
         solved = run.march(
             observe,
             body=[beam],
@@ -160,5 +153,3 @@ def time_step_beam(ratio: float) -> Answer:
                 Quantity("below_floor_over_d", max(0.0, float((-d - tip.min()) / d)), 0.0, 1e-3),
             ],
         )
-    finally:
-        run.close()
