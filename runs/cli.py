@@ -25,36 +25,40 @@ class Parser(argparse.ArgumentParser):
 
 def parser() -> Parser:
     """All commands and their arguments."""
-    main = Parser(prog="signorini", description="Contact between devices, vessel walls and tissue.")
+    main = Parser(
+        prog="signorini",
+        description="Contact between devices, vessel walls and tissue. What follows a lone -- goes to PETSc.",
+        epilog="exit codes: 0 done, 1 outside a tolerance, 2 bad input, 3 not converged or infeasible",
+    )
     main.add_argument("--version", action="version", version=f"signorini {version('signorini')}")
-    commands = main.add_subparsers(dest="command", required=True, parser_class=Parser)
+    commands = main.add_subparsers(dest="command", required=True, parser_class=Parser, metavar="COMMAND")
 
-    run = commands.add_parser("run", help="run a scene; what follows -- goes to PETSc")
-    run.add_argument("scene", metavar="SCENE.toml")
+    def add(name: str, does: str) -> Parser:
+        return commands.add_parser(name, help=does, description=f"{does[0].upper()}{does[1:]}.")
+
+    run = add("run", "run a scene and keep it in a record")
+    _add_scene(run)
     run.add_argument("-o", dest="output", metavar="FILE", help="the record (default: SCENE.vtkhdf)")
     run.add_argument("--resume", metavar="FILE", help="go on with this record")
-    run.add_argument("--set", dest="changes", action="append", default=[], metavar="KEY=VALUE")
-    run.add_argument("--method", choices=METHODS, metavar="M", help=", ".join(METHODS))
-    run.add_argument("--plot", metavar="FILE.png")
+    _add_method(run)
+    run.add_argument("--plot", metavar="FILE.png", help="a picture of the last step")
 
-    explain = commands.add_parser("explain", help="what a scene builds and what it leaves out")
-    explain.add_argument("scene", metavar="SCENE.toml")
-    explain.add_argument("--set", dest="changes", action="append", default=[], metavar="KEY=VALUE")
+    _add_scene(add("explain", "say what a scene builds and what it leaves out"))
 
-    validate = commands.add_parser("validate", help="solve problems with known answers")
-    validate.add_argument("cases", nargs="*", metavar="CASE")
+    validate = add("validate", "solve problems with known answers")
+    validate.add_argument("cases", nargs="*", metavar="CASE", help="of those that --list names (default: all)")
     validate.add_argument("--list", action="store_true", help="the cases and their parameters")
-    validate.add_argument("--set", dest="changes", action="append", default=[], metavar="KEY=VALUE")
+    _add_changes(validate, "change a parameter of the cases")
     resolution = validate.add_mutually_exclusive_group()
     resolution.add_argument("--h", type=float, metavar="H", help="mesh size [m]")
     resolution.add_argument("--n", type=int, metavar="N", help="points a side")
-    validate.add_argument("--order", type=int, choices=(1, 2), metavar="P")
-    validate.add_argument("--method", choices=METHODS, metavar="M", help=", ".join(METHODS))
+    validate.add_argument("--order", type=int, choices=(1, 2), metavar="P", help="of the elements, 1 or 2")
+    _add_method(validate)
     validate.add_argument("--json", action="store_true", help="one JSON object per case and level")
     validate.add_argument("-o", dest="output", metavar="DIR", help="keep the JSON lines in DIR/validate.jsonl")
 
-    study = commands.add_parser("study", help="error against run time: a table, pictures and a page")
-    study.add_argument("cases", nargs="+", metavar="CASE")
+    study = add("study", "measure error against run time: a table, pictures and a page")
+    study.add_argument("cases", nargs="+", metavar="CASE", help="of those that validate --list names")
     study.add_argument("--methods", metavar="M,…", help=f"of {', '.join(METHODS)} (default: all but kkt)")
     study.add_argument("--levels", type=int, default=5, metavar="K", help="mesh sizes a case, at most (default: 5)")
     study.add_argument("--jobs", type=int, default=1, metavar="J", help="processes at a time (default: 1)")
@@ -68,11 +72,11 @@ def parser() -> Parser:
         metavar="T",
         help="CPU seconds of each scene whose contact problems are recorded; 0: none (default: 10)",
     )
-    study.add_argument("--set", dest="changes", action="append", default=[], metavar="KEY=VALUE")
+    _add_changes(study, "change a parameter of the cases")
     study.add_argument("-o", dest="output", default="study", metavar="DIR", help="a study's folder (default: study)")
     study.add_argument("--json", action="store_true", help="print the tables")
 
-    stability = commands.add_parser("stability", help="the stiff and extreme set, and random trials")
+    stability = add("stability", "solve the stiff and extreme set, and random trials")
     stability.add_argument("sweeps", nargs="*", metavar="SWEEP", help="some of the set, without trials")
     stability.add_argument("--list", action="store_true", help="the sweeps and what each sweeps over")
     stability.add_argument("--seed", type=int, default=2007, metavar="S", help="of the trials (default: 2007)")
@@ -81,21 +85,40 @@ def parser() -> Parser:
     stability.add_argument("--json", action="store_true", help="print everything as one JSON object")
     stability.add_argument("-o", dest="output", metavar="DIR", help="keep the JSON, a page and its pictures in DIR")
 
-    show = commands.add_parser("show", help="what a record holds")
-    show.add_argument("record", metavar="FILE")
-    show.add_argument("--steps", action="store_true")
-    show.add_argument("--contact", type=int, metavar="STEP")
-    show.add_argument("--json", action="store_true")
+    show = add("show", "say what a record holds")
+    _add_record(show)
+    show.add_argument("--steps", action="store_true", help="a row for each step")
+    show.add_argument("--contact", type=int, metavar="STEP", help="a row for each contact point of a step, from 0")
+    show.add_argument("--json", action="store_true", help="as one JSON object")
 
-    plot = commands.add_parser("plot", help="a picture of a record, or an animation of devices")
-    plot.add_argument("record", metavar="FILE")
-    plot.add_argument("-o", dest="output", metavar="PICTURE", help="FILE.png; of devices also *.gif, *.mp4")
+    plot = add("plot", "draw a step of a record, or an animation of devices")
+    _add_record(plot)
+    plot.add_argument("-o", dest="output", metavar="PICTURE", help="default: FILE.png; of devices also *.gif, *.mp4")
     plot.add_argument("--step", type=int, default=-1, metavar="N", help="from 0, or from the end if negative")
 
-    compare = commands.add_parser("compare", help="the first dataset in which two records differ")
-    compare.add_argument("records", nargs=2, metavar="FILE")
+    compare = add("compare", "name the first dataset in which two records differ")
+    compare.add_argument("records", nargs=2, metavar="FILE", help="a record")
     compare.add_argument("--tolerance", type=float, default=0.0, metavar="T", help="relative difference to pass over")
     return main
+
+
+def _add_scene(command: Parser) -> None:
+    command.add_argument("scene", metavar="SCENE.toml", help="the scene")
+    _add_changes(command, "change a key of the scene, such as body.0.material.E")
+
+
+def _add_changes(command: Parser, what: str) -> None:
+    command.add_argument(
+        "--set", dest="changes", action="append", default=[], metavar="KEY=VALUE", help=f"{what}; may be repeated"
+    )
+
+
+def _add_method(command: Parser) -> None:
+    command.add_argument("--method", choices=METHODS, metavar="M", help=f"of contact: {', '.join(METHODS)}")
+
+
+def _add_record(command: Parser) -> None:
+    command.add_argument("record", metavar="FILE", help="the record of a run")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
