@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import os
+import signal
 import sys
 import traceback
 from collections.abc import Sequence
@@ -11,6 +13,7 @@ from importlib.metadata import version
 UNKNOWN_TYPE = 86  # PETSc's error for an option that names no solver
 
 DONE, OUTSIDE, BAD_INPUT, NOT_CONVERGED = 0, 1, 2, 3
+UNHEARD = 141  # as shells tell of a program whose reader has gone
 
 METHODS = ("status", "gauss-seidel", "lemke", "kkt", "vi-rsls", "vi-ssls", "tao", "vi-primal")
 
@@ -128,7 +131,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     cut = words.index("--") if "--" in words else len(words)
     arguments, petsc_options = parser().parse_args(words[:cut]), words[cut + 1 :]
     try:
-        return _dispatch(arguments, petsc_options)
+        code = _dispatch(arguments, petsc_options)
+        sys.stdout.flush()
+        return code
+    except BrokenPipeError:
+        # Whoever read what is printed has gone; the interpreter is not to try again when it ends.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        return UNHEARD
     except (ValueError, ImportError, OSError) as error:
         return _say(error, BAD_INPUT)
     except RuntimeError as error:
@@ -147,6 +156,7 @@ def _dispatch(arguments: argparse.Namespace, petsc_options: list[str]) -> int:
     from fem import petsc
 
     petsc.initialise(petsc_options)
+    signal.signal(signal.SIGPIPE, signal.SIG_IGN)  # an exception, as Python has it, and no report of PETSc's
     if arguments.command == "validate":
         from runs import validate
 

@@ -23,7 +23,7 @@ from contact.scene.schema import SolverTable
 from fem.factor import Factor
 from fem.iteration_matrix import IterationMatrices
 from fem.rigid_body import RigidBody
-from runs.cli import BAD_INPUT, DONE, NOT_CONVERGED, OUTSIDE, main
+from runs.cli import BAD_INPUT, DONE, NOT_CONVERGED, OUTSIDE, UNHEARD, main
 from validation.case import CASES, Run
 
 SCENES = Path(__file__).parents[2] / "runs"
@@ -92,6 +92,18 @@ def test_version(tmp_path: Path) -> None:
     assert done.stdout == "signorini 0.1.0\n"
     # .3 s on a machine at rest; the tests may share theirs
     assert min(seconds) < 1.0
+
+
+@pytest.mark.parametrize("arguments", [["validate", "bar-stop"], ["show", "--steps"]])
+def test_reader_that_goes(arguments: list[str], record: Path) -> None:
+    """Where nobody reads what is printed the program ends without a word, with PETSc and without."""
+    words = [*arguments, record] if arguments[0] == "show" else arguments
+    with subprocess.Popen([PROGRAM, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdout.close()
+        assert process.stderr.read() == ""
+    assert process.returncode == UNHEARD
 
 
 def test_list(capsys: pytest.CaptureFixture[str]) -> None:
