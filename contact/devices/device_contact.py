@@ -50,12 +50,13 @@ class DeviceContact:
         self.places = self._points(body.start, body.start_frames)
         self.areas = np.zeros(self.count)
         self._length = float(self.radius.max()) or body.size
-        self._nothing, self._outside = np.zeros(self.count), -2 * self.radius
-        self._first = 6 * self.elements
+        self._nothing, self._outside, self._margin = np.zeros(self.count), -2 * self.radius, MARGIN * self.radius
+        self._first, self._close = 6 * self.elements, self.close * self.radius
         self.accepted = self.at = self.places
         self.candidates = np.zeros(self.count, dtype=bool)
         self.known = np.zeros(self.count)  # what the gap of each point is at least where it was last looked at …
         self.seen = self.places.copy()  # … and that place
+        self._drift = np.zeros(self.count)  # how far the surface may have moved since
         normal = np.tile([1.0, 0.0, 0.0], (self.count, 1))
         self.foot = Foot(np.zeros(self.count), self.places.copy(), normal, np.zeros((self.count, 3, 3)))
         self._followed = np.zeros(self.count, dtype=bool)  # whether `foot` is that of the last look
@@ -84,27 +85,25 @@ class DeviceContact:
 
     def detect(self) -> Constraints | None:
         """Tangent planes at the candidates about the present state; None where they are those of the last call."""
-        at = self._points(self.body.x, self.body.R)
         if self._searching:
-            self.at = at
-            margin = MARGIN * self.radius
-            self._look(self._bound() <= margin, margin)
-            self.candidates = self.known <= margin
+            self.at = self._points(self.body.x, self.body.R)
+            self._look(self._bound() <= self._margin, self._margin)
+            self.candidates = self.known <= self._margin
         elif self._fresh:
-            self.at = at
+            self.at = self._points(self.body.x, self.body.R)
             self._look(self.candidates | (self._bound() <= 0), self._nothing)
             self.candidates |= self.known <= 0
             outside = self.known < self._outside
             if outside.any():  # the closest wall may be another one
-                self._first_met(np.flatnonzero(outside), at)
+                self._first_met(np.flatnonzero(outside), self.at)
         elif not self._meet():
             return None
         self._searching = self._fresh = False
-        normals = self.foot.normal.copy()
-        values = beam_points.point_rows(normals, self.body.R, self.elements, self.xi, self.body.data.length)
-        offset = device_kernels.offsets(self.candidates, self.at, self.foot.point, normals, self.radius, values)
+        offset, normals, values = device_kernels.planes(
+            self.candidates, self.at, self.foot, self.radius, self.body.R, self.elements, self.xi, self.body.data.length
+        )
         H = ElementRows(values, self._first, self.body.space.size)
-        close = self._meeting | (self.known <= self.close * self.radius)
+        close = self._meeting | (self.known <= self._close)
         return Constraints({self.body: H}, offset, normals, self.places, self.areas, self._length, close)
 
     def _meet(self) -> bool:
@@ -112,9 +111,14 @@ class DeviceContact:
 
         A point that comes from further away than its radius takes the plane where its way first meets the wall.
         """
-        free = self._points(*self.body.trial())
-        way = np.linalg.norm(free - self.at, axis=1)
+        x, R = self.body.trial()
+        if x is self.body.x:
+            return False
+        free = self._points(x, R)
+        way = device_kernels.ways(self.at, free)
         new = ~self.candidates & (self._bound() <= way)
+        if not new.any():
+            return False
         self._look(new, way)
         new &= self.known <= way
         if not new.any():
@@ -135,26 +139,25 @@ class DeviceContact:
         self.foot.normal[rows[met]] = gradient / np.linalg.norm(gradient, axis=1)[:, None]
 
     def _bound(self) -> Floats:
-        """What every gap is at least, from where it was last looked at."""
-        bound: Floats = device_kernels.bounds(self.known, self.at, self.seen)
+        """What every gap is at least, from where it was last looked at, and where the surface was."""
+        bound: Floats = device_kernels.bounds(self.known, self.at, self.seen, self._drift)
         return bound
 
     def _look(self, chosen: Bools, reach: Floats) -> None:
-        """Closest points and gaps of the chosen points; of those beyond `reach` only what their gap is at least."""
-        self._follow(np.flatnonzero(chosen & self._followed))
-        rows = np.flatnonzero(chosen & ~self._followed)
-        if rows.size:
-            self.known[rows] = self.surface.lower_bound(self.at[rows]) - self.radius[rows]
-            self.seen[rows] = self.at[rows]
-            near = rows[self.known[rows] <= reach[rows]]
-            self._find(near, self.at[near], None)
+        """Closest points and gaps of the chosen points; of those beyond `reach` only what their gap is at least.
 
-    def _follow(self, rows: Ints) -> None:
-        """Closest points from those of before, moved along; a gap can change by no more than the point has moved."""
+        Points whose last foot is near are followed from there: a gap can change by no more than the point has moved.
+        """
+        rows, others = device_kernels.split(chosen, self._followed)
         x, guess = device_kernels.moved_along(rows, self.at, self.seen, self.foot)
         lost = self._find(rows, x, guess)
         if lost.size:
             self._find(rows[lost], x[lost], None)
+        if others.size:
+            self.known[others] = self.surface.lower_bound(self.at[others]) - self.radius[others]
+            self.seen[others], self._drift[others] = self.at[others], 0.0
+            near = others[self.known[others] <= reach[others]]
+            self._find(near, self.at[near], None)
 
     def _find(self, rows: Ints, x: Floats, guess: Floats | None) -> Ints:
         """Look for the closest points of some points at x; which of those changed their gaps more than they can."""
@@ -163,18 +166,14 @@ class DeviceContact:
     def _settle(self, rows: Ints, x: Floats, found: Foot) -> Ints:
         """Take closest points that were found; which of the points changed their gaps more than they can."""
         lost: Ints = device_kernels.settle(
-            rows, x, found, self.radius, self.foot, self.known, self.seen, self._followed, self._slack(rows),
-            4 * self._length,
+            rows, x, found, self.radius, self.foot, self.known, self.seen, self._followed, self._drift,
+            1e-9 * self._length, 4 * self._length,
         )  # fmt: skip
         return lost
 
-    def _slack(self, rows: Ints) -> Floats:
-        """How much gaps may have changed without a motion of the points: by round-off."""
-        return np.full(len(rows), 1e-9 * self._length)
-
     def gaps(self) -> Floats:
         """True gaps of the candidates, and what those of the others are at least, (c) [m]."""
-        gaps: Floats = device_kernels.gaps(self.candidates, self.known, self.at, self.seen)
+        gaps: Floats = device_kernels.gaps(self.candidates, self.known, self.at, self.seen, self._drift)
         return gaps
 
     # --- the step -------------------------------------------------------------------------------------------------
@@ -204,8 +203,7 @@ class DeviceContact:
 
     def crossed(self) -> bool:
         """Whether the centreline went through the wall on the straight way from the last accepted state."""
-        way = np.linalg.norm(self.at - self.accepted, axis=1)
-        rows = np.flatnonzero(way >= 2 * (self._bound() + self.radius) - way)
+        rows = np.flatnonzero(device_kernels.ways(self.accepted, self.at) >= self._bound() + self.radius)
         if not rows.size:
             return False
         tolerance = 1e-3 * self._length

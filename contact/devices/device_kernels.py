@@ -7,6 +7,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from contact.surfaces.implicit import Foot
+from fem.beams import beam_points
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -14,25 +15,50 @@ Bools = NDArray[np.bool_]
 
 
 @njit(cache=True)
-def bounds(known: Floats, at: Floats, seen: Floats) -> Floats:
-    """What gaps are at least, known − |at − seen|, (c)."""
-    result = np.empty(len(known))
-    for i in range(len(known)):
-        way = 0.0
+def ways(a: Floats, b: Floats) -> Floats:
+    """|b − a|, (c)."""
+    result = np.empty(len(a))
+    for i in range(len(a)):
+        square = 0.0
         for k in range(3):
-            way += (at[i, k] - seen[i, k]) ** 2
-        result[i] = known[i] - np.sqrt(way)
+            square += (b[i, k] - a[i, k]) ** 2
+        result[i] = np.sqrt(square)
     return result
 
 
 @njit(cache=True)
-def gaps(candidates: Bools, known: Floats, at: Floats, seen: Floats) -> Floats:
+def bounds(known: Floats, at: Floats, seen: Floats, drift: Floats) -> Floats:
+    """What gaps are at least, known − |at − seen| − drift, (c)."""
+    result = ways(seen, at)
+    for i in range(len(known)):
+        result[i] = known[i] - result[i] - drift[i]
+    return result
+
+
+@njit(cache=True)
+def gaps(candidates: Bools, known: Floats, at: Floats, seen: Floats, drift: Floats) -> Floats:
     """Known gaps of the candidates, and what those of the others are at least, (c)."""
-    result = bounds(known, at, seen)
+    result = bounds(known, at, seen, drift)
     for i in range(len(known)):
         if candidates[i]:
             result[i] = known[i]
     return result
+
+
+@njit(cache=True)
+def split(chosen: Bools, followed: Bools) -> tuple[Ints, Ints]:
+    """The chosen points whose feet are followed, and the others."""
+    rows = np.empty(len(chosen), dtype=np.int64)
+    n, last = 0, len(chosen)
+    for i in range(len(chosen)):
+        if chosen[i]:
+            if followed[i]:
+                rows[n] = i
+                n += 1
+            else:
+                last -= 1
+                rows[last] = i
+    return rows[:n], rows[last:][::-1].copy()
 
 
 @njit(cache=True)
@@ -54,11 +80,12 @@ def moved_along(rows: Ints, at: Floats, seen: Floats, foot: Foot) -> tuple[Float
 @njit(cache=True)
 def settle(
     rows: Ints, x: Floats, found: Foot, radius: Floats, foot: Foot, known: Floats, seen: Floats, followed: Bools,
-    slack: Floats, far: float,
+    drift: Floats, slack: float, far: float,
 ) -> Ints:  # fmt: skip
     """Write the feet found for some points at x into those of all, and their gaps d − a; follow those up to `far`.
 
-    Returns which of the rows, 0, 1, …, changed their gaps by more than their motion since they were seen and `slack`.
+    Returns which of the rows, 0, 1, …, changed their gaps by more than their motion since they were seen, the `drift`
+    of the surface, which ends here, and `slack`.
     """
     lost = np.empty(len(rows), dtype=np.int64)
     n = 0
@@ -67,11 +94,11 @@ def settle(
         for k in range(3):
             square += (x[j, k] - seen[i, k]) ** 2
         gap = found[0][j] - radius[i]
-        if abs(gap - known[i]) > np.sqrt(square) + slack[j]:
+        if abs(gap - known[i]) > np.sqrt(square) + drift[i] + slack:
             lost[n] = j
             n += 1
         foot[0][i] = found[0][j]
-        known[i] = gap
+        known[i], drift[i] = gap, 0.0
         followed[i] = gap <= far
         for k in range(3):
             foot[1][i, k], foot[2][i, k], seen[i, k] = found[1][j, k], found[2][j, k], x[j, k]
@@ -81,16 +108,17 @@ def settle(
 
 
 @njit(cache=True)
-def offsets(candidates: Bools, at: Floats, point: Floats, normal: Floats, radius: Floats, values: Floats) -> Floats:
-    """n·(p − y) − a of the candidates, infinite elsewhere, (c); empties the rows `values` (c, 12) of the others."""
-    result = np.empty(len(candidates))
+def planes(
+    candidates: Bools, at: Floats, foot: Foot, radius: Floats, R: Floats, element: Ints, xi: Floats, length: Floats,
+) -> tuple[Floats, Floats, Floats]:  # fmt: skip
+    """Of the candidates: n·(p − y) − a, infinite elsewhere, (c), normals (c, 3) and rows of H, (c, 12)."""
+    offset, rows = np.full(len(candidates), np.inf), np.zeros((len(candidates), 12))
+    _, point, normal, _ = foot
     for i in range(len(candidates)):
         if candidates[i]:
             total = -radius[i]
             for k in range(3):
                 total += normal[i, k] * (at[i, k] - point[i, k])
-            result[i] = total
-        else:
-            result[i] = np.inf
-            values[i] = 0.0
-    return result
+            offset[i] = total
+            beam_points.write_point_row(rows[i], normal[i], R, element[i], xi[i], length[element[i]])
+    return offset, normal.copy(), rows

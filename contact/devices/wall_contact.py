@@ -35,7 +35,6 @@ class WallContact(DeviceContact):
         count, width = len(places), surface.patches.net.shape[1]
         self._patch, self._place = np.zeros(count, dtype=np.int64), np.zeros((count, 2))
         self._shares, self._beyond = np.zeros((count, width)), np.zeros(count, dtype=bool)
-        self._drift = np.zeros(count)  # how far the surface may have moved since a point was looked at
         self._settling = True  # until the first step there is no A to move the wall with
         super().__init__(name, body, surface, places, interference)
 
@@ -90,20 +89,9 @@ class WallContact(DeviceContact):
         )
         return Stiffness(coupling=coupling)
 
-    def _bound(self) -> Floats:
-        """What every gap is at least, from where it was last looked at, and where the surface was."""
-        bound: Floats = super()._bound() - self._drift
-        return bound
-
-    def _slack(self, rows: Ints) -> Floats:
-        """How much gaps may have changed without a motion of the points."""
-        slack: Floats = super()._slack(rows) + self._drift[rows]
-        return slack
-
     def _look(self, chosen: Bools, reach: Floats) -> None:
         """As on any surface; points whose foot is on the rim are no candidates."""
         super()._look(chosen, reach)
-        self._drift[chosen] = 0.0
         self.candidates &= ~self._beyond
 
     def _find(self, rows: Ints, x: Floats, guess: Floats | None) -> Ints:

@@ -38,19 +38,24 @@ def centreline_points(x: Floats, R: Floats, element: Ints, xi: Floats, length: F
 
 
 @njit(cache=True)
+def write_point_row(row: Floats, normal: Floats, R: Floats, e: int, xi: float, length: float) -> None:
+    """[h₀₀ n, h₁₀ ℓ t₁ × n, h₀₁ n, h₁₁ ℓ t₂ × n] into `row` (12), for the point ξ of element e."""
+    weights = _weights(xi, length)
+    for node in range(2):
+        on_x, on_t, first = weights[2 * node], weights[2 * node + 1], 6 * node
+        for k in range(3):
+            k1, k2 = (k + 1) % 3, (k + 2) % 3
+            t1, t2 = R[e + node, k1, 0], R[e + node, k2, 0]
+            row[first + k] = on_x * normal[k]
+            row[first + 3 + k] = on_t * (t1 * normal[k2] - t2 * normal[k1])
+
+
+@njit(cache=True)
 def point_rows(normals: Floats, R: Floats, element: Ints, xi: Floats, length: Floats) -> Floats:
-    """∂(n·p)/∂(dx₁, dθ₁, dx₂, dθ₂) = [h₀₀ n, h₁₀ ℓ t₁ × n, h₀₁ n, h₁₁ ℓ t₂ × n], (q, 12), for normals (q, 3)."""
+    """∂(n·p)/∂(dx₁, dθ₁, dx₂, dθ₂), (q, 12), for normals (q, 3)."""
     rows = np.empty((len(xi), 12))
     for i in range(len(xi)):
-        e = element[i]
-        weights = _weights(xi[i], length[e])
-        for node in range(2):
-            on_x, on_t, first = weights[2 * node], weights[2 * node + 1], 6 * node
-            for k in range(3):
-                k1, k2 = (k + 1) % 3, (k + 2) % 3
-                t1, t2 = R[e + node, k1, 0], R[e + node, k2, 0]
-                rows[i, first + k] = on_x * normals[i, k]
-                rows[i, first + 3 + k] = on_t * (t1 * normals[i, k2] - t2 * normals[i, k1])
+        write_point_row(rows[i], normals[i], R, element[i], xi[i], length[element[i]])
     return rows
 
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from contact.devices import device_kernels
 from contact.devices.row_kernels import braced, concave_part
 from contact.surfaces.implicit import Foot
+from fem.beams import beam_points
 
 Floats = NDArray[np.float64]
 RNG = np.random.default_rng(0)
@@ -20,17 +21,26 @@ def feet(n: int) -> Foot:
 
 
 def test_bounds() -> None:
-    """A gap falls by no more than its point has moved."""
-    known, (at, seen) = RNG.normal(size=C), RNG.normal(size=(2, C, 3))
-    expected = known - np.linalg.norm(at - seen, axis=1)
-    np.testing.assert_allclose(device_kernels.bounds(known, at, seen), expected, rtol=1e-14)
+    """A gap falls by no more than its point and the surface have moved."""
+    (known, drift), (at, seen) = RNG.normal(size=(2, C)), RNG.normal(size=(2, C, 3))
+    way = np.linalg.norm(at - seen, axis=1)
+    np.testing.assert_allclose(device_kernels.ways(seen, at), way, rtol=1e-14)
+    np.testing.assert_allclose(device_kernels.bounds(known, at, seen, drift), known - way - drift, rtol=1e-14)
 
 
 def test_gaps() -> None:
-    """Those of candidates are known, the others fall by no more than their points have moved."""
-    candidates, known, (at, seen) = RNG.random(C) < 0.5, RNG.normal(size=C), RNG.normal(size=(2, C, 3))
-    expected = np.where(candidates, known, known - np.linalg.norm(at - seen, axis=1))
-    np.testing.assert_allclose(device_kernels.gaps(candidates, known, at, seen), expected, rtol=1e-14)
+    """Those of candidates are known, the others fall by no more than their points and the surface have moved."""
+    candidates, (known, drift), (at, seen) = RNG.random(C) < 0.5, RNG.normal(size=(2, C)), RNG.normal(size=(2, C, 3))
+    expected = np.where(candidates, known, known - np.linalg.norm(at - seen, axis=1) - drift)
+    np.testing.assert_allclose(device_kernels.gaps(candidates, known, at, seen, drift), expected, rtol=1e-14)
+
+
+def test_split() -> None:
+    """In rising order both."""
+    chosen, followed = RNG.random((2, 50)) < 0.5
+    rows, others = device_kernels.split(chosen, followed)
+    np.testing.assert_array_equal(rows, np.flatnonzero(chosen & followed))
+    np.testing.assert_array_equal(others, np.flatnonzero(chosen & ~followed))
 
 
 def test_moved_along() -> None:
@@ -48,29 +58,31 @@ def test_settle() -> None:
     rows, x, radius = np.array([0, 3, 7]), RNG.normal(size=(3, 3)), RNG.uniform(size=C)
     all_feet, found, known, seen = feet(C), feet(3), RNG.normal(size=C), RNG.normal(size=(C, 3))
     gaps, way = found.distance - radius[rows], np.linalg.norm(x - seen[rows], axis=1)
-    slack = np.array([0.1, 0.2, 0.3])
-    known[3] = gaps[1] + way[1] + 0.3
-    expected = [part.copy() for part in (*all_feet, known, seen, np.ones(C, dtype=bool))]
-    for part, new in zip(expected, (*found, gaps, x, gaps <= 0.2), strict=True):
+    drift = RNG.uniform(size=C)
+    known[3] = gaps[1] + way[1] + drift[3] + 0.3
+    known[7] = gaps[2] + way[2] + drift[7] + 0.1
+    expected = [part.copy() for part in (*all_feet, known, seen, np.ones(C, dtype=bool), drift)]
+    for part, new in zip(expected, (*found, gaps, x, gaps <= 0.2, 0.0), strict=True):
         part[rows] = new
-    jumped, followed = np.flatnonzero(np.abs(gaps - known[rows]) > way + slack), np.ones(C, dtype=bool)
+    jumped, followed = np.flatnonzero(np.abs(gaps - known[rows]) > way + drift[rows] + 0.2), np.ones(C, dtype=bool)
     assert 1 in jumped
-    lost = device_kernels.settle(rows, x, found, radius, all_feet, known, seen, followed, slack, 0.2)
+    assert 2 not in jumped
+    lost = device_kernels.settle(rows, x, found, radius, all_feet, known, seen, followed, drift, 0.2, 0.2)
     np.testing.assert_array_equal(lost, jumped)
-    for part, wanted in zip((*all_feet, known, seen, followed), expected, strict=True):
+    for part, wanted in zip((*all_feet, known, seen, followed, drift), expected, strict=True):
         np.testing.assert_array_equal(part, wanted)
 
 
-def test_offsets() -> None:
-    """n·(p − y) − a of candidates; the others are infinitely far and have no row."""
-    candidates, (at, point, normal) = RNG.random(C) < 0.5, RNG.normal(size=(3, C, 3))
-    radius, values = RNG.uniform(size=C), RNG.normal(size=(C, 12))
-    rows = np.where(candidates[:, None], values, 0.0)
-    expected = np.where(candidates, ((at - point) * normal).sum(axis=1) - radius, np.inf)
-    np.testing.assert_allclose(
-        device_kernels.offsets(candidates, at, point, normal, radius, values), expected, rtol=1e-13
-    )
-    np.testing.assert_array_equal(values, rows)
+def test_planes() -> None:
+    """n·(p − y) − a and n·∂p of candidates; the others are infinitely far and have no row."""
+    candidates, at, foot, radius = RNG.random(C) < 0.5, RNG.normal(size=(C, 3)), feet(C), RNG.uniform(size=C)
+    R, element, xi, length = RNG.normal(size=(5, 3, 3)), RNG.integers(0, 4, C), RNG.random(C), RNG.random(4)
+    offset, normal, rows = device_kernels.planes(candidates, at, foot, radius, R, element, xi, length)
+    expected = np.where(candidates, ((at - foot.point) * foot.normal).sum(axis=1) - radius, np.inf)
+    np.testing.assert_allclose(offset, expected, rtol=1e-13)
+    np.testing.assert_array_equal(normal, foot.normal)
+    every = beam_points.point_rows(foot.normal, R, element, xi, length)
+    np.testing.assert_array_equal(rows, np.where(candidates[:, None], every, 0.0))
 
 
 def curvatures() -> tuple[Floats, Floats]:
