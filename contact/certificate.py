@@ -72,20 +72,20 @@ def certify(
     open gap shows there too; where a method never formed W_ii, the whole gap counts.
     """
     present = present or lin
-    contact_forces = [(body, present.free[body].apply_transpose(lam)) for body in system.bodies]
     gaps, movable = system.gaps(), lin.movable
-    relative = gaps / present.length
-    lowest = min(gaps.min(initial=0.0, where=movable), 0.0)
+    lowest, least_free = (float(values[movable].min(initial=0.0)) for values in (gaps, free_gaps))
     active = np.flatnonzero(lam * movable)  # a force below zero is an error, not an open contact
     delta, forces, surface_error = gaps[active], lam[active], 0.0
-    moved = np.abs(delta - free_gaps[active]).max(initial=0.0)
-    length = float(max(-lowest, -free_gaps.min(initial=0.0, where=movable), moved, ROUNDING * system.size))
-    complementarity = -float(lowest)
+    moved = float(np.abs(delta - free_gaps[active]).max(initial=0.0))
+    length = max(-lowest, -least_free, moved, ROUNDING * system.size)
+    complementarity, sizes = -lowest, present.length
     if active.size:
         W_ii = lin.W.diagonal(np.searchsorted(lin.rows, active))
         pull = np.maximum(W_ii, length / np.abs(forces).max()) * forces
         complementarity = max(complementarity, float(np.abs(np.minimum(pull, delta)).max()))
         # A method that stops inside λ > 0 leaves forces of round-off on open gaps; complementarity counts those.
-        surface_error = float(np.abs(relative[active]).max(initial=0.0, where=np.abs(pull) > LOADED * length))
-    equilibrium = max((body.imbalance(forces) for body, forces in contact_forces), default=0.0)
-    return Certificate(complementarity / length, equilibrium, surface_error, -float(relative.min(initial=0.0)))
+        errors = np.abs(delta / (sizes[active] if sizes.ndim else sizes))
+        surface_error = float(errors[np.abs(pull) > LOADED * length].max(initial=0.0))
+    equilibrium = max((b.imbalance(present.free[b].apply_transpose(lam)) for b in system.bodies), default=0.0)
+    penetration = -float((gaps / sizes).min(initial=0.0))
+    return Certificate(complementarity / length, equilibrium, surface_error, penetration)

@@ -34,7 +34,7 @@ class DirectDelassus(DenseDelassus):
 
     def diagonal(self, rows: Ints) -> Floats:
         """W_ii."""
-        diagonal: Floats = self.W[rows, rows]
+        diagonal: Floats = self.W.diagonal()[rows]
         return diagonal
 
     def product(self, lam: Floats) -> Floats:

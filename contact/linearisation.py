@@ -115,7 +115,7 @@ class Linearisation:
         if self.base is None or "W" in self.__dict__:
             return
         gaps, carrying = gaps[self.rows], self.base[self.rows] > 0
-        change = np.abs(gaps).max(initial=0.0, where=carrying | (gaps < 0))
+        change = np.abs(gaps[carrying | (gaps < 0)]).max(initial=0.0)
         self.rows = self.rows[carrying | (gaps <= REACH * change)]
 
     def full(self, values: Floats, rest: float = 0.0) -> Floats:

@@ -17,6 +17,14 @@ def total(comm: Any, values: NDArray[np.float64]) -> NDArray[np.float64]:
     return result
 
 
+def anywhere(comm: Any, marks: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """What is marked on some rank. Collective, and free of charge on one rank."""
+    if comm.size == 1:
+        return marks
+    result: NDArray[np.bool_] = comm.allreduce(marks, op=np.logical_or)
+    return result
+
+
 def on_root[T](comm: Any, work: Callable[[], T]) -> T | None:
     """`work`() on rank 0, None elsewhere; its ValueError, ImportError or OSError on every rank. Collective."""
     result, error = None, None

@@ -15,7 +15,7 @@ from contact.coupling import CoupledDelassus, Coupling, joined
 from contact.linearisation import BodyMatrices, Linearisation, join_rows
 from contact.mixing import Mixing
 from contact.pairs import Constraints, Pair
-from contact.ranks import total
+from contact.ranks import anywhere, total
 from contact.rows import Rows
 from contact.solvers.problem import ContactNotConvergedError, ContactProblem, Solution
 from fem.body import Body
@@ -207,19 +207,20 @@ class System:
 
     def _stiffen(self, lam: Floats, bulging: bool = False) -> None:
         """Give the bodies the curvature of the surfaces under forces λ, for their next A."""
-        starts = np.cumsum([0, *[part.count for part in self._detected]])
         self._coupling = self._brace = None
-        if len(lam) != starts[-1]:
+        counts = [part.count for part in self._detected]
+        if len(lam) != sum(counts):
             return
-        couplings = []
+        first, braces, couplings = 0, [], []
         with self.clock("assemble"):
-            for pair, first, last in zip(self.pairs, starts[:-1], starts[1:], strict=True):
-                brace, coupling = pair.stiffen(lam[first:last], bulging)
+            for pair, count in zip(self.pairs, counts, strict=True):
+                brace, coupling = pair.stiffen(lam[first : first + count], bulging)
+                braces.append(brace)
                 if coupling:
                     couplings.append(replace(coupling, contacts=first + coupling.contacts))
-                if brace is not None:
-                    self._brace = np.zeros(len(lam)) if self._brace is None else self._brace
-                    self._brace[first:last] = brace
+                first += count
+        if any(brace is not None for brace in braces):
+            self._brace = _stacked([np.zeros(n) if b is None else b for b, n in zip(braces, counts, strict=True)])
         self._coupling = joined(couplings)
 
     def _linearise(self, parts: list[Constraints]) -> Linearisation:
@@ -228,10 +229,10 @@ class System:
         free = {body: h.without(body.fixed) for body, h in H.items()}
         movable = np.zeros(len(offset), dtype=bool)
         for body, h in free.items():
-            movable |= total(body.comm, h.touching().astype(float)) > 0
+            movable |= anywhere(body.comm, h.touching())
         met = movable & np.isfinite(offset)
         close = [np.ones(part.count, dtype=bool) if part.close is None else part.close for part in parts]
-        rows = np.flatnonzero(met & (_stacked(close) > 0))
+        rows = np.flatnonzero(met & np.asarray(_stacked(close), dtype=bool))
         G = self._rigid_rates(free)
         if G is not None:
             # Where a body fits exactly between walls, the round-off of its place must not make it too large.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from contact.devices import device_kernels, row_kernels
+from contact.devices import device_kernels
 from contact.devices.element_rows import ElementRows
 from contact.pairs import Constraints, Recorded, Stiffness, check_interference
 from contact.surfaces.detection import first_root, nearest
@@ -186,20 +186,12 @@ class DeviceContact:
         with b the curvature of the bulge, changes no increment that keeps them closed, and makes A definite as a rule
         (Debreu 1952). Unless `bulging`, such curvature is left out: passes contract, but only at a steady rate.
         """
-        rows = np.flatnonzero(lam > 0)
-        if not rows.size:
-            return Stiffness()
-        force, normal, brace = lam[rows], self.foot.normal[rows], None
-        if bulging:
-            curvature, bulge = row_kernels.braced(self.foot.curvature[rows], normal, BRACE)
-            brace = np.zeros(self.count)
-            brace[rows] = force * bulge
-        else:
-            curvature = row_kernels.concave_part(self.foot.curvature[rows], normal)
-        elements, xi = self.elements[rows], self.xi[rows]
-        blocks = beam_points.point_blocks(force, normal, curvature, self.body.R, elements, xi, self.body.data.length)
-        self.body.stiffen(elements, blocks)
-        return Stiffness(brace)
+        elements, blocks, brace = device_kernels.stiffness(
+            lam, self.foot, BRACE if bulging else 0.0, self.body.R, self.elements, self.xi, self.body.data.length
+        )
+        if len(elements):
+            self.body.stiffen(elements, blocks)
+        return Stiffness(brace if bulging else None)
 
     def crossed(self) -> bool:
         """Whether the centreline went through the wall on the straight way from the last accepted state."""

@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from contact.devices import row_kernels
 from contact.surfaces.implicit import Foot
 from fem.beams import beam_points
 
@@ -122,3 +123,22 @@ def planes(
             offset[i] = total
             beam_points.write_point_row(rows[i], normal[i], R, element[i], xi[i], length[element[i]])
     return offset, normal.copy(), rows
+
+
+@njit(cache=True)
+def stiffness(
+    lam: Floats, foot: Foot, brace: float, R: Floats, element: Ints, xi: Floats, length: Floats
+) -> tuple[Ints, Floats, Floats]:
+    """Elements (q), blocks (q, 12, 12) and β (c) of `point_blocks`, for the points with force.
+
+    The wall's curvature is `braced` by that factor; where it is zero, only its `concave_part` is taken.
+    """
+    rows, braces = np.flatnonzero(lam > 0.0), np.zeros(len(lam))
+    force, normal, curvature = lam[rows], foot[2][rows], foot[3][rows]
+    if brace > 0.0:
+        curvature, beta = row_kernels.braced(curvature, normal, brace)
+        braces[rows] = force * beta
+    else:
+        curvature = row_kernels.concave_part(curvature, normal)
+    blocks = beam_points.point_blocks(force, normal, curvature, R, element[rows], xi[rows], length)
+    return element[rows], blocks, braces

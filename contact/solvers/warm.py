@@ -9,7 +9,7 @@ from contact.solvers.certificate import length, scaled
 from contact.solvers.columns import EPSILON, PIVOT
 from contact.solvers.problem import SOLVED, DenseDelassus, Floats, InfeasibleError, Ints, Solution
 
-BLOCKS = 3
+BLOCKS = 8
 
 
 class Memo:

@@ -16,7 +16,6 @@ from fem.beams.beam_element import BeamData
 from fem.beams.beam_parts import BeamInertia, BeamLoads, ChainSpace, Drive, Line
 from fem.beams.chain import matrix_of
 from fem.integrators import Integrator, Static
-from fem.rotations import exp
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -198,21 +197,11 @@ class Beam:
 
     def _follow(self, drive: Drive, motion: Floats, d: Floats) -> None:
         """The increments that bring a node to its prescribed place."""
-        i = drive.node
-        to = np.concatenate(
-            [
-                self.start[i] + motion[:3] - self.x[i],
-                self._turn_to(i, motion[3:]),
-            ]
-        )
+        i, to = drive.node, np.empty(6)
+        to[:3] = self.start[i] + motion[:3] - self.x[i]
+        to[3:] = kernels.turn_to(self.R[i : i + 1], self.start_frames[i : i + 1], motion[3:])
         held = list(drive.components)
         d[held] = to[held]
-
-    def _turn_to(self, i: int, rotation: Floats) -> Floats:
-        """The spin that brings node i to a rotation vector since the start."""
-        frame = self.start_frames[i] if not rotation.any() else exp(rotation) @ self.start_frames[i]
-        spin: Floats = kernels.relative_rotations(self.R[i : i + 1], np.ascontiguousarray(frame)[None])[0]
-        return spin
 
     def _begin_dynamics(self, integrator: Integrator) -> Floats:
         """Inertia and rates of strain; returns the stress before the step.
@@ -314,9 +303,9 @@ class Beam:
         """
         d = (self.u + increment).reshape(-1, 6)
         shift, turn = nodal_kernels.furthest(d)
-        excess = max(turn / TURN, shift / (SHIFT * self._reach), 1.0)
-        before = self.edges, self.R, d / excess
-        self._shift(d / excess)
+        d = d / max(turn / TURN, shift / (SHIFT * self._reach), 1.0)
+        before = self.edges, self.R, d
+        self._shift(d)
         self._before = before
 
     def _shift(self, d: Floats) -> None:

@@ -311,14 +311,18 @@ def extrapolated_stress(
 
 
 @njit(cache=True, error_model="numpy")
-def _turned(x: float, y: float, z: float, a: Vector) -> Vector:
-    """exp((x, y, z)^) a."""
-    t = x * x + y * y + z * z
-    half = 0.5 * sqrt(t)
+def _turning(spin: Vector) -> tuple[float, float]:
+    """f, g with exp(θ^) = I + f θ^ + g θ^θ^."""
+    half = 0.5 * sqrt(dot(spin, spin))
     k = 1.0 if half == 0.0 else sin(half) / half
-    spin = (x, y, z)
+    return k * cos(half), 0.5 * k * k
+
+
+@njit(cache=True, error_model="numpy")
+def _turned(spin: Vector, f: float, g: float, a: Vector) -> Vector:
+    """a + f θ × a + g θ × (θ × a)."""
     first = cross(spin, a)
-    return add(a, combined(k * cos(half), first, 0.5 * k * k, cross(spin, first), 0.0, a))
+    return combined(1.0, a, f, first, g, cross(spin, first))
 
 
 @njit(cache=True, error_model="numpy")
@@ -337,15 +341,29 @@ def relative_rotations(R1: Floats, R2: Floats) -> Floats:
 
 
 @njit(cache=True, error_model="numpy")
+def turn_to(R: Floats, start: Floats, theta: Floats) -> Floats:
+    """log(exp(θ^) R₀ Rᵀ), (3) [rad], for frames R and R₀ = `start` (1, 3, 3) and θ (3)."""
+    turned, angles = np.empty((1, 3, 3)), (theta[0], theta[1], theta[2])
+    f, g = _turning(angles)
+    for k in range(3):
+        a = _turned(angles, f, g, column(start, 0, k))
+        turned[0, 0, k], turned[0, 1, k], turned[0, 2, k] = a
+    spin: Floats = relative_rotations(R, turned)[0]
+    return spin
+
+
+@njit(cache=True, error_model="numpy")
 def update(x: Floats, R: Floats, edges: Floats, d: Floats) -> tuple[Floats, Floats, Floats]:
     """x + dx, exp(dθ) R orthonormal to round-off (`rotations.composed`), and the edges, for d = (dx, dθ) (N, 6)."""
     x_new, R_new, edges_new = np.empty_like(x), np.empty_like(R), np.empty_like(edges)
     for i in range(len(x)):
         for k in range(3):
             x_new[i, k] = x[i, k] + d[i, k]
-        a = _turned(d[i, 3], d[i, 4], d[i, 5], column(R, i, 0))
-        b = _turned(d[i, 3], d[i, 4], d[i, 5], column(R, i, 1))
-        c = _turned(d[i, 3], d[i, 4], d[i, 5], column(R, i, 2))
+        theta = (d[i, 3], d[i, 4], d[i, 5])
+        f, g = _turning(theta)
+        a = _turned(theta, f, g, column(R, i, 0))
+        b = _turned(theta, f, g, column(R, i, 1))
+        c = _turned(theta, f, g, column(R, i, 2))
         ab, bc, ca = -0.5 * dot(a, b), -0.5 * dot(b, c), -0.5 * dot(c, a)
         a, b, c = (
             combined(1.5 - 0.5 * dot(a, a), a, ab, b, ca, c),

@@ -34,7 +34,7 @@ class Chain:
 
     def __init__(self, fixed: Bools) -> None:
         nodes = len(fixed) // 6
-        self.fixed, self._held = fixed, np.flatnonzero(fixed)
+        self.fixed = fixed
         self._inverse, self._ratio = np.empty((nodes, 6, 6)), np.empty((nodes - 1, 6, 6))
         self._diagonal, self._upper = self._inverse, self._ratio
 
@@ -53,9 +53,7 @@ class Chain:
 
     def solve(self, B: Floats) -> Floats:
         """A⁻¹ B, (6 N, k), zero at prescribed unknowns."""
-        X = np.array(B.T, order="C")
-        X[:, self._held] = 0.0
-        chain_kernels.solve(self._inverse, self._ratio, X)
+        X: Floats = chain_kernels.solve(self._inverse, self._ratio, self.fixed, np.ascontiguousarray(B.T))
         return X.T
 
     def delassus(self, values: Floats, elements: Ints) -> Floats | None:

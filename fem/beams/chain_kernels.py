@@ -158,11 +158,14 @@ def factor(diagonal: Floats, upper: Floats, inverse: Floats, ratio: Floats) -> i
 
 
 @njit(cache=True)
-def solve(inverse: Floats, ratio: Floats, B: Floats) -> None:
-    """B ← A⁻¹ B for k right-hand sides stored one after the other, (k, 6 N)."""
+def solve(inverse: Floats, ratio: Floats, fixed: Bools, B: Floats) -> Floats:
+    """A⁻¹ B for k right-hand sides stored one after the other (k, 6 N), zero at fixed unknowns (6 N)."""
     N = len(inverse)
-    y = np.empty(6)
-    for x in B:
+    X, y = B.copy(), np.empty(6)
+    for x in X:
+        for i in range(6 * N):
+            if fixed[i]:
+                x[i] = 0.0
         for i in range(1, N):
             U = ratio[i - 1]
             for a in range(6):
@@ -171,11 +174,11 @@ def solve(inverse: Floats, ratio: Floats, B: Floats) -> None:
                     total += U[c, a] * x[6 * i - 6 + c]
                 x[6 * i + a] -= total
         for i in range(N - 1, -1, -1):
-            X = inverse[i]
+            S = inverse[i]
             for a in range(6):
                 total = 0.0
                 for c in range(6):
-                    total += X[a, c] * x[6 * i + c]
+                    total += S[a, c] * x[6 * i + c]
                 y[a] = total
             if i + 1 < N:
                 U = ratio[i]
@@ -186,6 +189,7 @@ def solve(inverse: Floats, ratio: Floats, B: Floats) -> None:
                     y[a] -= total
             for a in range(6):
                 x[6 * i + a] = y[a]
+    return X
 
 
 @njit(cache=True)

@@ -67,6 +67,14 @@ def test_update_composes():
     np.testing.assert_allclose(kernels.relative_rotations(R, R_new), rotations.log(rotations.exp(d[:, 3:])), atol=1e-13)
 
 
+def test_turn_to_a_prescribed_frame():
+    rng = np.random.default_rng(5)
+    R, start = rotations.exp(rng.normal(scale=0.5, size=(2, 1, 3)))
+    for theta in (rng.normal(scale=0.5, size=3), np.zeros(3)):
+        expected = rotations.log(rotations.exp(theta) @ start[0] @ R[0].T)
+        np.testing.assert_allclose(kernels.turn_to(R, start, theta), expected, atol=1e-14)
+
+
 def test_edges_keep_their_digits_far_from_the_origin():
     """At 1e6 from the origin positions lose six digits of an edge, updated edges none."""
     x, R = np.array([[1e6, 0, 0], [1e6 + 1, 0, 0]]), np.tile(np.eye(3), (2, 1, 1))
