@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from validation.exact.common import Complexes, Floats, as_points, elastic, vanishing_product
+from validation.exact.common import Complexes, ElasticBody, Floats, as_points, vanishing_product
 
 
 class Density(NamedTuple):
@@ -37,7 +37,7 @@ class Derivatives(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class AxisymmetricContact(ABC):
+class AxisymmetricContact(ElasticBody, ABC):
     """The body z >= 0 pressed by a rigid axisymmetric punch from below, contact for r < a.
 
     D = √(r²+(z+it)²), ψ = ∫₋ₐᵃ F/D dt, χ = ∫₋ₐᵃ F log(z+it+D) dt, so that χ_z = ψ and
@@ -65,25 +65,9 @@ class AxisymmetricContact(ABC):
     ValueError : a parameter outside its range; a point below z = 0 by more than rounding.
     """
 
-    E: float
-    nu: float
-
-    def __post_init__(self) -> None:
-        elastic(E=self.E, nu=self.nu)
-
     @abstractmethod
     def density(self) -> Density:
         """The punch."""
-
-    @property
-    def E_star(self) -> float:
-        """E* = E/(1−ν²) [Pa]: the punch is rigid."""
-        return self.E / (1 - self.nu**2)
-
-    @property
-    def G(self) -> float:
-        """Shear modulus [Pa]."""
-        return self.E / (2 * (1 + self.nu))
 
     @property
     def P(self) -> float:

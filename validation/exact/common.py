@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -32,6 +33,37 @@ def elastic(*, E: float, nu: float, body: str = "") -> None:
     positive(**{f"E{body}": E})
     if not -1 < nu <= 0.5:
         raise ValueError(f"nu{body} = {nu}: must be > -1 and <= 1/2")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ElasticBody:
+    """An isotropic body against rigid ones.
+
+    Parameters
+    ----------
+    E : Young's modulus [Pa]
+    nu : Poisson's ratio, -1 < nu <= 1/2
+
+    Raises
+    ------
+    ValueError : a parameter outside its range.
+    """
+
+    E: float
+    nu: float
+
+    def __post_init__(self) -> None:
+        elastic(E=self.E, nu=self.nu)
+
+    @property
+    def E_star(self) -> float:
+        """E* = E/(1−ν²) [Pa]."""
+        return self.E / (1 - self.nu**2)
+
+    @property
+    def G(self) -> float:
+        """Shear modulus E/2(1+ν) [Pa]."""
+        return self.E / (2 * (1 + self.nu))
 
 
 def slope_angle(**parameters: float) -> None:

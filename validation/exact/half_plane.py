@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import ArrayLike
 
-from validation.exact.common import Complexes, Floats, as_points, elastic, finite, positive, vanishing_product
+from validation.exact.common import Complexes, ElasticBody, Floats, as_points, finite, positive, vanishing_product
 
 ORDER = 64  # Gauss points per direction and sector of the H¹ seminorm
 
@@ -26,7 +26,7 @@ def log_cut_below(w: Complexes) -> Complexes:
 
 
 @dataclass(frozen=True, kw_only=True)
-class HalfPlane(ABC):
+class HalfPlane(ElasticBody, ABC):
     """Plane strain of the body y >= 0, whose obstacle lies below, from Z(z), z = x + iy, Ẑ = ∫ Z dz.
 
     σ_yy = Re Z + y Im Z′,  σ_xx = Re Z − y Im Z′,  σ_xy = −y Re Z′,
@@ -47,12 +47,6 @@ class HalfPlane(ABC):
     Source: Westergaard, J. Appl. Mech. 6 (1939) A49; Barber, Contact Mechanics, ch. 6.
     """
 
-    E: float
-    nu: float
-
-    def __post_init__(self) -> None:
-        elastic(E=self.E, nu=self.nu)
-
     @abstractmethod
     def potentials(self, z: Complexes) -> tuple[Complexes, Complexes, Complexes]:
         """Ẑ [Pa m], Z [Pa] and Z′ [Pa/m] at z = x + iy, y >= 0."""
@@ -61,16 +55,6 @@ class HalfPlane(ABC):
     @abstractmethod
     def singular_points(self) -> tuple[float, ...]:
         """Abscissae on y = 0 where Z or Z′ is singular, in increasing order [m]."""
-
-    @property
-    def E_star(self) -> float:
-        """E* = E/(1−ν²) [Pa]: the obstacle is rigid."""
-        return self.E / (1 - self.nu**2)
-
-    @property
-    def G(self) -> float:
-        """Shear modulus [Pa]."""
-        return self.E / (2 * (1 + self.nu))
 
     def displacement(self, points: ArrayLike) -> Floats:
         """(u_x, u_y) at points (n, 2), shape (n, 2) [m]."""

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import beta, betainc, betaincinv
 
-from validation.exact.common import Floats, elastic, positive
+from validation.exact.common import ElasticBody, Floats, positive
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,7 +91,7 @@ class BallDrop:
 
 
 @dataclass(frozen=True, kw_only=True)
-class HertzImpact:
+class HertzImpact(ElasticBody):
     """An elastic sphere that meets a rigid plane with v₀, its contact quasi-static: m δ̈ = −(4/3) E*√R δ^{3/2}.
 
     δ_max = (15mv₀²/16E*√R)^{2/5}; t(δ) = (2/5)(δ_max/v₀) B(2/5, 1/2) I_z(2/5, 1/2), z = (δ/δ_max)^{5/2}, which gives
@@ -110,17 +110,11 @@ class HertzImpact:
     m: float
     v0: float
     R: float
-    E: float
     nu: float = 0.0
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         positive(m=self.m, v0=self.v0, R=self.R)
-        elastic(E=self.E, nu=self.nu)
-
-    @property
-    def E_star(self) -> float:
-        """E* [Pa]."""
-        return self.E / (1 - self.nu**2)
 
     @property
     def delta(self) -> float:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
 from validation.exact.chebyshev import chebyshev_sum, chebyshev_transform, composite_gauss
-from validation.exact.common import Floats, elastic, positive
+from validation.exact.common import ElasticBody, Floats, positive
 
 CUTOFF = 24.0  # 1 − L(ω) < 1e-17 beyond
 TOLERANCE = 1e-10
@@ -26,7 +26,7 @@ class Expansion(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Layer:
+class Layer(ElasticBody):
     """Plane strain of the layer of thickness H pressed over |x| < a: u(x) = δ − x²/2R there, no friction on top.
 
     A pressure of wave number k indents the layer by (2/E*|k|) L(|k|H);
@@ -53,15 +53,13 @@ class Layer:
     Source: Vorovich, Aleksandrov & Babeshko, Non-classical Mixed Problems of Elasticity (1974).
     """
 
-    E: float
-    nu: float
     R: float
     H: float
     a: float
     base: Literal["frictionless", "bonded"]
 
     def __post_init__(self) -> None:
-        elastic(E=self.E, nu=self.nu)
+        super().__post_init__()
         positive(R=self.R, H=self.H, a=self.a)
         if self.base not in ("frictionless", "bonded"):
             raise ValueError(f"base = {self.base!r}: must be 'frictionless' or 'bonded'")
@@ -81,11 +79,6 @@ class Layer:
         if low == high:
             return layer(a=low)
         return layer(a=brentq(lambda a: layer(a=a).delta - delta, low, high, xtol=1e-15 * low, rtol=1e-14))
-
-    @property
-    def E_star(self) -> float:
-        """E* = E/(1−ν²) [Pa]."""
-        return self.E / (1 - self.nu**2)
 
     @property
     def P(self) -> float:

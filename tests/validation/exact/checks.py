@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.testing import assert_allclose
 
 STEP = 2e-3
 
@@ -28,6 +29,26 @@ def hooke(displacement_gradient, E, nu, extra_strain=0.0):
 def divergence(tensor_field, points):
     """∂σ_ij/∂x_j of a field of tensors (n, d, d), shape (n, d)."""
     return np.trace(gradient(tensor_field, points), axis1=2, axis2=3)
+
+
+def on_surface(x):
+    """The points (x, 0) of a half-plane's surface."""
+    return np.column_stack([x, np.zeros_like(x)])
+
+
+def assert_elastic(body, points, stress_rtol, divergence_rtol):
+    """∇u is u's, σ is Hooke's of ∇u in plane strain, div σ = 0; both relative to the largest stress."""
+    grad = body.displacement_gradient(points)
+    assert_allclose(grad, gradient(body.displacement, points), atol=1e-9 * np.abs(grad).max())
+    xx, yy, xy = body.stress(points).T
+    sigma = hooke(grad, body.E, body.nu)
+    scale = np.abs(sigma).max()
+    assert_allclose(np.stack([xx, yy, xy]), [sigma[:, 0, 0], sigma[:, 1, 1], sigma[:, 0, 1]], atol=stress_rtol * scale)
+
+    def tensor(x):
+        return body.stress(x)[:, [0, 2, 2, 1]].reshape(-1, 2, 2)
+
+    assert np.abs(divergence(tensor, points)).max() < divergence_rtol * scale
 
 
 def fourth(w, x, h):
