@@ -33,14 +33,19 @@ def conditioned(rng: Random, c: int, condition: float) -> Problem:
     return F, _opened(rng, F)
 
 
-def half_space(rng: Random, c: int) -> Problem:
-    """A paraboloid on about c patches of an elastic half-space, 1/πr between their middles."""
-    n = max(1, round(c**0.5))
+def patches(n: int) -> tuple[Floats, Floats]:
+    """W ~ 1/πr between the middles of n × n patches of an elastic half-space, and the heights of a paraboloid there."""
     x = (np.arange(n) + 0.5) * 2 / n - 1
     X, Y = (values.ravel() for values in np.meshgrid(x, x))
     r = np.hypot(X[:, None] - X, Y[:, None] - Y)
     np.fill_diagonal(r, (2 / n) / (4 * np.log(1 + np.sqrt(2))))
-    return np.linalg.cholesky(1 / (np.pi * r)), (X**2 + Y**2) / 2 - rng.uniform(0.01, 0.6)
+    return 1 / (np.pi * r), (X**2 + Y**2) / 2
+
+
+def half_space(rng: Random, c: int) -> Problem:
+    """A paraboloid on about c patches of an elastic half-space."""
+    W, height = patches(max(1, round(c**0.5)))
+    return np.linalg.cholesky(W), height - rng.uniform(0.01, 0.6)
 
 
 def cantilever(rng: Random, c: int) -> Problem:

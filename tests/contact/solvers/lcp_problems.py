@@ -13,6 +13,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spl
 
 from contact.solvers.problem import ContactProblem, DenseDelassus, Floats, Ints
+from validation.stability.generators import patches
 
 SHARED = Path(__file__).resolve().parents[4] / "shared"
 
@@ -106,11 +107,8 @@ def well_posed(c: int = 30) -> tuple[Floats, Floats]:
 
 def half_space(n: int) -> tuple[Floats, Floats]:
     """A paraboloid pressed on an elastic half-space of n × n square patches: W ~ 1/(πr), as of solids."""
-    x = (np.arange(n) + 0.5) * 2 / n - 1
-    X, Y = (values.ravel() for values in np.meshgrid(x, x))
-    r = np.hypot(X[:, None] - X, Y[:, None] - Y)
-    np.fill_diagonal(r, (2 / n) / (4 * np.log(1 + np.sqrt(2))))
-    return 1 / (np.pi * r), (X**2 + Y**2) / 2 - 0.3
+    W, height = patches(n)
+    return W, height - 0.3
 
 
 FCLIB = (
