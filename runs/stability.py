@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import math
 import sys
 from pathlib import Path
 from typing import Any
@@ -14,10 +13,11 @@ from tqdm import tqdm
 
 from contact.ranks import on_root
 from runs.reports.machine import machine, versions
+from validation.case import plain
 from validation.stability import campaign
 from validation.stability.campaign import SWEEPS
 
-SEED, TRIALS = 2007, 10_000
+TRIALS = 10_000
 
 
 def command(arguments: argparse.Namespace) -> int:
@@ -64,7 +64,7 @@ def _sweep(name: str, points: list[dict[str, Any]]) -> dict[str, Any]:
 
 def _write(folder: Path | None, report: dict[str, Any], as_json: bool) -> None:
     """Print the report, and write stability.json, stability.html and stability.png into the folder."""
-    text = json.dumps(_plain(report))
+    text = json.dumps(plain(report))
     if folder:
         from runs.reports.stability_page import write_page
 
@@ -98,13 +98,3 @@ def _list(names: list[str], comm: Any) -> None:
         for name in names:
             sweep = SWEEPS[name]
             print(f"{name}: {len(sweep.values)} points, {sweep.swept}\n    {sweep.summary}")
-
-
-def _plain(value: Any) -> Any:
-    """Numpy's scalars as plain ones, and null for what is not a number."""
-    if isinstance(value, dict):
-        return {str(key): _plain(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(entry) for entry in value]
-    value = value.item() if hasattr(value, "item") else value
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -278,6 +278,8 @@ def plain(value: Any) -> Any:
     """A report as JSON takes it: numpy's scalars as plain ones, and None for what is not a number."""
     if isinstance(value, dict):
         return {key: plain(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(entry) for entry in value]
     value = value.item() if hasattr(value, "item") else value
     return None if isinstance(value, float) and not math.isfinite(value) else value
 

@@ -124,12 +124,8 @@ def try_point(sweep: Sweep, value: float) -> Point:
     try:
         answer = sweep.solve(value)
         verdict, reason = _judged(answer, feasible)
-    except InfeasibleError as error:
-        verdict, reason = (Verdict.WRONG if feasible else Verdict.RIGHT), f"infeasible: {error}"
-    except ContactNotConvergedError as error:
-        verdict, reason = Verdict.REFUSED, str(error)
     except Exception as error:
-        verdict, reason = Verdict.WRONG, f"{type(error).__name__}: {error}"
+        verdict, reason = verdict_on(error, feasible)
     seconds = time.process_time() - begun
     point = Point(sweep.name, value, feasible, verdict.value, " ".join(reason.split()), None, seconds=seconds)
     if answer is None:
@@ -161,6 +157,15 @@ def _judged(answer: Answer, feasible: bool) -> tuple[Verdict, str]:
     ]
     wrong = [*missed, *outside]
     return (Verdict.WRONG, "; ".join(wrong)) if wrong else (Verdict.RIGHT, "")
+
+
+def verdict_on(error: Exception, feasible: bool | None) -> tuple[Verdict, str]:
+    """What it shows that there is no answer; `feasible` is None where nobody knows."""
+    if isinstance(error, InfeasibleError):
+        return (Verdict.RIGHT if feasible is False else Verdict.WRONG), f"infeasible: {error}"
+    if isinstance(error, ContactNotConvergedError):
+        return Verdict.REFUSED, str(error)
+    return Verdict.WRONG, f"{type(error).__name__}: {error}"
 
 
 def of_case(name: str, h: float = 1.0, **changes: Parameter) -> Answer:

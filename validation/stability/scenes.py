@@ -9,11 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from contact.devices.device_contact import DeviceContact
-from contact.solvers import ContactNotConvergedError, InfeasibleError
 from contact.system import System
 from validation.case import Run
 from validation.stability.generators import Random
-from validation.stability.point import LIMITS, Verdict, bench, of_run
+from validation.stability.point import LIMITS, Verdict, bench, of_run, verdict_on
 from validation.stability.slits import plates
 from validation.stability.trials import Trial
 
@@ -47,12 +46,8 @@ def try_scene(kind: str, seed: int, number: int) -> Trial:
         if not feasible:
             wrong.append("an answer to what has none")
         verdict, reason = (Verdict.WRONG, ", ".join(wrong)) if wrong else (Verdict.RIGHT, "")
-    except InfeasibleError as error:
-        verdict, reason = (Verdict.WRONG if feasible else Verdict.RIGHT), f"infeasible: {error}"
-    except ContactNotConvergedError as error:
-        verdict, reason = Verdict.REFUSED, str(error)
     except Exception as error:
-        verdict, reason = Verdict.WRONG, f"{type(error).__name__}: {error}"
+        verdict, reason = verdict_on(error, feasible)
     finally:
         run.close()
     seconds = time.process_time() - begun

@@ -26,7 +26,7 @@ from contact.solvers import (
 from validation.stability import generators
 from validation.stability.generators import Problem, Random
 from validation.stability.judge import balance, gap_residual, opened, opposed
-from validation.stability.point import Verdict
+from validation.stability.point import Verdict, verdict_on
 
 Floats = NDArray[np.float64]
 
@@ -214,15 +214,12 @@ def try_problem(seed: int, number: int) -> Trial:
             found = solve(problem, "status", np.maximum(near, 0.0))
         iterations, residual = found.iterations, _residual(drawn, found)
         verdict, reason = _claimed(feasible, residual)
-    except InfeasibleError as error:
+    except (InfeasibleError, ContactNotConvergedError) as error:
         feasible = _decided(drawn)
-        verdict = Verdict.RIGHT if feasible is False else Verdict.WRONG
-        reason = f"infeasible: {error}" + (" (undecided)" if feasible is None else "")
-    except ContactNotConvergedError as error:
-        feasible = _decided(drawn)
-        verdict, reason = Verdict.REFUSED, str(error)
+        verdict, reason = verdict_on(error, feasible)
+        reason += " (undecided)" if feasible is None else ""
     except Exception as error:
-        verdict, reason = Verdict.WRONG, f"{type(error).__name__}: {error}"
+        verdict, reason = verdict_on(error, feasible)
     seconds = time.process_time() - begun
     return Trial(number, drawn.family, c, feasible, verdict.value, reason, residual, iterations, seconds)
 
