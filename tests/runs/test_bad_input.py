@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from program import program
 
 from runs.cli import BAD_INPUT, NOT_CONVERGED, main
 
@@ -252,8 +251,7 @@ def test_command(arguments: list[str], words: list[str], folder: Path, capfd: py
 def test_as_a_program(folder: Path) -> None:
     """The installed command does the same, and MPI and PETSc add nothing to it."""
     (folder / "scene.toml").write_text(SCENES["inverted cell"][0], encoding="utf8")
-    program = Path(sys.executable).with_name("signorini")
-    done = subprocess.run([program, "run", "scene.toml"], capture_output=True, text=True, timeout=60, check=False)
+    done = program("run", "scene.toml")
     assert done.returncode == BAD_INPUT
     assert done.stderr.count("\n") == 1
     assert done.stderr.startswith("signorini: scene.toml: body 'block': mesh: ")

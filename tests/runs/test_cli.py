@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from mpi4py import MPI
+from program import PROGRAM, program
 from ranks import on_two_ranks
 
 import validation.cases  # noqa: F401  enters the cases into the catalogue
@@ -27,7 +28,6 @@ from runs.cli import BAD_INPUT, DONE, NOT_CONVERGED, OUTSIDE, UNHEARD, main
 from validation.case import CASES, Run
 
 SCENES = Path(__file__).parents[2] / "runs"
-PROGRAM = Path(sys.executable).with_name("signorini")
 ISSUE_2 = {
     "transition", "hertz-line", "hertz-point", "punch-cone", "punch-wedge", "punch-flat", "bar-stop", "two-bars",
     "membrane-ball", "membrane-disc", "string", "layer", "receding", "plug", "ball-shell", "v-groove", "duplicated",
@@ -45,11 +45,6 @@ body = "block"
 tag = "bottom"
 surface = { kind = "plane", point = [0.0, 0.0], normal = [0.0, 1.0] }
 """
-
-
-def program(*arguments: str) -> subprocess.CompletedProcess[str]:
-    """The installed command in a process of its own."""
-    return subprocess.run([PROGRAM, *arguments], capture_output=True, text=True, timeout=120, check=False)
 
 
 def loaded(code: str, cwd: Path) -> set[str]:

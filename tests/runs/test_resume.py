@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
-import sys
 import time
 from pathlib import Path
 from typing import Any
 
 import pytest
+from program import PROGRAM
 
 from contact.record import Record, RecordReader, compare
 from runs.cli import BAD_INPUT, DONE, main
@@ -96,8 +96,7 @@ def steps_in(record: Path) -> int:
 def test_killed(whole: Path, tmp_path: Path) -> None:
     """A process killed as soon as two steps are readable leaves whole steps, and its record goes on as well."""
     record = tmp_path / "killed.vtkhdf"
-    program = str(Path(sys.executable).with_name("signorini"))
-    process = subprocess.Popen([program, "run", str(SCENE), "-o", str(record)], stderr=subprocess.DEVNULL)
+    process = subprocess.Popen([PROGRAM, "run", str(SCENE), "-o", str(record)], stderr=subprocess.DEVNULL)
     limit = time.monotonic() + 60
     while steps_in(record) < 2 and process.poll() is None and time.monotonic() < limit:
         time.sleep(0.001)
