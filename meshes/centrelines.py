@@ -74,7 +74,7 @@ class Centreline:
         return np.asarray((middle - self.arc[starts[run]]) / (self.arc[ends[run]] - self.arc[starts[run]]))
 
     def moved(self, to: ArrayLike, frame: Floats) -> Centreline:
-        """The same shape with its first node at `to` (3) and its first frame equal to `frame` (3, 3)."""
+        """The same shape with its first node at `to` (3) [m] and its first frame equal to `frame` (3, 3)."""
         turn = frame @ self.frames[0].T
         points = np.asarray(to, dtype=float) + (self.points - self.points[0]) @ turn.T
         return Centreline(points, turn @ self.frames, self.arc, self.section)

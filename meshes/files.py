@@ -42,6 +42,7 @@ def read(path: str | PathLike[str]) -> Mesh:
 
 
 def raw_mesh(path: Path) -> Any:
+    """A file as meshio reads it; ValueError in one line where there is none, or none that it can read."""
     import meshio
 
     if not path.is_file():

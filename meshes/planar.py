@@ -26,7 +26,7 @@ class Side(NamedTuple):
 
 
 def draw(gmsh: ModuleType, outline: Sequence[Side], z: float = 0.0) -> tuple[int, list[Part]]:
-    """Add the domain within a counter-clockwise outline, at height `z`; the surface and its sides."""
+    """Add the domain within a counter-clockwise outline, at height `z` [m]; the surface and its sides."""
     geo = gmsh.model.geo
     corners = [geo.addPoint(*side.start, z) for side in outline]
     parts = []
@@ -40,7 +40,7 @@ def draw(gmsh: ModuleType, outline: Sequence[Side], z: float = 0.0) -> tuple[int
 
 
 def plane(outline: Sequence[Side], h: float, order: int, refine: Refine | None) -> Mesh:
-    """Mesh the domain within a counter-clockwise outline."""
+    """Mesh the domain within a counter-clockwise outline, in cells of size `h` [m]."""
     with session() as gmsh:
         _, sides = draw(gmsh, outline)
         return triangulate(gmsh, 2, sides, h, order, refine)

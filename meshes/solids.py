@@ -17,7 +17,7 @@ type Point = tuple[float, float, float]
 
 
 def prism(outline: Sequence[Side], bottom: float, length: float, h: float, order: int, refine: Refine | None) -> Mesh:
-    """The solid over a counter-clockwise outline, bottom ≤ z ≤ bottom + length; adds the tags ``bottom``, ``top``."""
+    """The solid over a counter-clockwise outline, bottom ≤ z ≤ bottom + length [m]; adds the tags of its ends."""
     with session() as gmsh:
         base, sides = draw(gmsh, outline, bottom)
         (_, top), _, *walls = gmsh.model.geo.extrude([(2, base)], 0, 0, length)
@@ -87,7 +87,7 @@ def spherical(
 
 
 def hemisphere(gmsh: ModuleType, disc: int, arcs: Sequence[int], radius: float, tag: str) -> list[Part]:
-    """The half ball with its pole at the origin under a disc at z = radius, bounded by four arcs; its round side."""
+    """The half ball with its pole at the origin under a disc at z = radius [m] within four arcs; its round side."""
     geo = gmsh.model.geo
     centre, pole = geo.addPoint(0, 0, radius), geo.addPoint(0, 0, 0)
     geo.synchronize()

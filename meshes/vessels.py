@@ -114,7 +114,7 @@ class VesselTree:
         return VesselTree(np.array(points), np.array(radii, dtype=float), np.array(parents))
 
     def narrowed(self, centre: Floats, length: float, fraction: float) -> VesselTree:
-        """A stenosis: radii times 1 − `fraction` cos²(π |x − c|/L) within half its `length` L of the centre c."""
+        """A stenosis: radii times 1 − `fraction` cos²(π |x − c|/L) within half its length L [m] of the centre c (3)."""
         positive("length", length)
         if not 0 < fraction < 1:
             raise ValueError(f"fraction = {fraction:g}: must be between 0 and 1")

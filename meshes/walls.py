@@ -24,12 +24,12 @@ FINER = 4
 
 
 def around(radius: float, h: float) -> int:
-    """An even number of cells of size `h` around a circle, at least `LEAST_AROUND`."""
+    """An even number of cells of size `h` [m] around a circle, at least `LEAST_AROUND`."""
     return max(LEAST_AROUND, 2 * math.ceil(math.pi * radius / h - 1e-9))
 
 
 def along(length: float, h: float) -> int:
-    """The number of cells of size `h` along a line."""
+    """The number of cells of size `h` [m] along a line."""
     return max(1, math.ceil(length / h - 1e-9))
 
 
@@ -67,7 +67,10 @@ def swept(
 
 
 def axis_of(length: float, stations: int, bend: float | None) -> tuple[Floats, Floats]:
-    """Points and frames of an axis that leaves the origin along z, straight or in a circle of radius `bend` to +x."""
+    """Points (s, 3) and frames (s, 3, 3) of an axis from the origin along z, straight or in a circle to +x.
+
+    `length` and the circle's radius `bend` in [m].
+    """
     s = np.linspace(0, length, stations)
     zero, one = np.zeros_like(s), np.ones_like(s)
     if bend is None:

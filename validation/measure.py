@@ -67,7 +67,7 @@ def l2_error(bodies: Sequence[Body], fields: Sequence[Callable[[Floats], Floats]
 
 
 def nodal_error(body: Body, exact: Callable[[Floats], Floats]) -> float:
-    """The largest |u − u_h| at the nodes. Collective."""
+    """The largest |u − u_h| at the nodes [m]. Collective."""
     worst = float(np.abs(_nodal_errors(body, exact)).max(initial=0.0))
     return float(body.space.comm.allreduce(worst, op=max))
 
@@ -123,7 +123,7 @@ def trace_moments(body: Body, tag: str, places: Floats, powers: int) -> Floats:
 
 
 def pressure_at_pole(body: Body, tag: str, places: Floats, lam: Floats, window: float, powers: int = 3) -> float:
-    """p(0) of the even polynomial with ∫ N_i p ds = λ_i in the least-squares sense for the nodes |x| < `window`.
+    """p(0) [Pa] of the even polynomial with ∫ N_i p ds = λ_i by least squares for the nodes |x| < `window` [m].
 
     The consistent way back from nodal forces to a pressure: forces of second-order elements alternate from node to
     node, the pressure behind them does not. Collective.
@@ -134,7 +134,7 @@ def pressure_at_pole(body: Body, tag: str, places: Floats, lam: Floats, window: 
 
 
 def multiplier_at_pole(s: Floats, p: Floats, window: float, axisymmetric: bool = False, powers: int = 3) -> float:
-    """p(0) of the even polynomial with ∫ ψ_i p ds = ∫ ψ_i p_h ds in the least-squares sense for s < `window`.
+    """p(0) [Pa] of the even polynomial with ∫ ψ_i p ds = ∫ ψ_i p_h ds by least squares for s < `window` [m].
 
     p_h is linear between its values p at the places s ≥ 0 (c), the hats ψ_i are those of these places. As a projection
     of the pressure p_h overshoots at a summit, by h²|p″|/12; its moments do not.
@@ -156,7 +156,7 @@ def _even_polynomial(moments: Floats, values: Floats, window: float) -> float:
 
 
 def contact_width(points: ContactPoints, lam: Floats, terms: int = 2) -> float:
-    """Half-width (radius) a of a contact about x = 0 whose pressure ends like √(a² − x²), from its moments. Collective.
+    """Half-width (radius) a [m] of a contact about x = 0 whose pressure ends like √(a² − x²), by moments. Collective.
 
     With p = √(1−s²) Σ_j c_j s^{2j}, s = x/a, the moments ∫ p x^{2k} dx = a^{2k+1} Σ_j c_j B(j+k+½, 3/2) for k ≤ `terms`
     (in axisymmetry ∫ p r^{2k} 2πr dr with B(j+k+1, 3/2)) determine c and a. Moments are what the work of the contact
@@ -172,7 +172,7 @@ def contact_width(points: ContactPoints, lam: Floats, terms: int = 2) -> float:
 
 
 def pressure_width(s: Floats, p: Floats, axisymmetric: bool = False, terms: int = 2) -> float:
-    """`contact_width` of a pressure that is linear between its values p at the places s ≥ 0, (c)."""
+    """`contact_width` of a pressure that is linear between its values p [Pa] at the places s ≥ 0 [m], (c)."""
     s, p = s[np.argsort(s)], p[np.argsort(s)]
     if np.count_nonzero(p) <= terms + 1:
         return float("nan")

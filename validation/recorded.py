@@ -69,7 +69,7 @@ def run(
     limit: float = math.inf,
     now: Callable[[], float] = perf_counter,
 ) -> tuple[System, str]:
-    """March through a scene, or its first steps, or for `limit` seconds; the system, and why it ended early, or "".
+    """March through a scene, or its first steps, or for `limit` [s]; the system, and why it ended early, or "".
 
     What the sink does counts as output, not as step. The first step, which may compile kernels, is beside the limit.
     """
@@ -122,7 +122,7 @@ def record(
 ) -> str:
     """Keep the contact problem of the first pass of some steps, spread evenly over the run, as step_NUMBER.npz.
 
-    The scene has one beam. Returns why the run ended early, or "".
+    The scene has one beam, `limit` is in [s]. Returns why the run ended early, or "".
     """
     count = min(scene.time.steps, steps or scene.time.steps)
     wanted = set((np.arange(1, problems + 1) * count // problems - 1).tolist())

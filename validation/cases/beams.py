@@ -37,7 +37,7 @@ def count(run: Run) -> int:
 
 
 def rod(run: Run, radius: float, **table: Any) -> dict[str, Any]:
-    """The table of a beam of length L with EI, hardly stretched; GJ = EI."""
+    """The table of a beam of length L [m] with EI [N m²] and a radius [m], hardly stretched; GJ = EI."""
     EI, L = run["EI"], run["L"]
     section = {
         "length": L,
@@ -72,7 +72,7 @@ def slopes(beam: Beam) -> Floats:
 
 
 def stiffness(beam: Beam, contact: DeviceContact | None = None, lam: Floats | None = None) -> Floats:
-    """K of a beam's present state, with the curvature that contact forces λ add where there are some, (6 N, 6 N)."""
+    """K of a beam's present state, with the curvature that any contact forces λ [N] add, (6 N, 6 N)."""
     m = len(beam.data.length)
     blocks, at = beam_element.stiffness(beam.edges, beam.R, beam.data), np.arange(m)
     if contact is not None and lam is not None:

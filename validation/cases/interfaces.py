@@ -34,8 +34,8 @@ def interface(
 ) -> dict[str, object]:
     """The contact of the upper body's lower face with the lower body's upper face.
 
-    `clearance` is at least −`approach`. Its mean with the dual basis, which is negative in part, is less by up to
-    curvature × h²/12.
+    `clearance` [m] is at least −`approach`; `curvature` is its second derivative [1/m]. Its mean with
+    the dual basis, which is negative in part, is less by up to curvature × h²/12.
     """
     dual = curvature * (1.25 * run.h) ** 2 / 10 if run["multiplier"] == "dual" else 0.0
     return {
@@ -53,7 +53,7 @@ def half_box(
 ) -> dict[str, object]:
     """The unit box x > 0 above or below y = 0, symmetric about x = 0, with a given motion of its far sides.
 
-    `along` is the component that vanishes on x = 0, and E1, nu1 the upper body's. Cells are of size h along the
+    `along` is the component that vanishes on x = 0, and E1, nu1 the upper body's. Cells are of size h [m] along the
     interface, and three quarters as high there.
     """
     upper = name == "upper"

@@ -25,7 +25,7 @@ STEPS = 5  # of the load: less than its whole leaves linearisations that hold
 
 
 def aligned(s: float, L: float, first: int, levels: int = 4) -> tuple[float, ...]:
-    """Levels from about `first` elements over L on, 1.8 times as many each, with s at `PLACE` between two nodes."""
+    """Levels from about `first` elements over L on, 1.8 times as many each, with s [m] at `PLACE` between two nodes."""
     sizes = []
     for k in range(levels):
         counts = np.arange(np.ceil(first * 1.8**k), first * 1.8 ** (k + 1))
@@ -46,7 +46,7 @@ def _levels(
 
 
 def solve(run: Run, beam: dict[str, Any], floor: float, a: float) -> Solved:
-    """A beam of radius a whose axis stays above y = `floor`."""
+    """A beam of radius a whose axis stays above y = `floor`, both in [m]."""
     plane = {"kind": "plane", "point": [0.0, floor - a, 0.0], "normal": [0.0, 1.0, 0.0]}
     contact = {"body": "beam", "samples": 1, "surface": plane}
     solver = {"surface_error": 1e-6, "penetration": 1e-6}
@@ -54,7 +54,7 @@ def solve(run: Run, beam: dict[str, Any], floor: float, a: float) -> Solved:
 
 
 def limit(run: Run, s: float) -> float:
-    """1e-3 with thirty elements over s, looser with h² where there are fewer."""
+    """1e-3 with thirty elements over s [m], looser with h² where there are fewer."""
     return CLOSE * max(1.0, 30 * run.h / s) ** 2
 
 
