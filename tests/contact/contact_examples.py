@@ -21,6 +21,19 @@ FLOOR = {
     2: {"kind": "plane", "point": [0.0, 0.0], "normal": [0.0, 1.0]},
     3: {"kind": "plane", "point": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 1.0]},
 }
+SCENE = """
+[[body]]
+name = "block"
+material = { E = 1.0, nu = 0.3, state = "plane-strain" }
+supports = [{ tag = "left", component = "x" }, { tag = "top", component = "y", value = "-0.01 * t" }]
+mesh = { shape = "box", size = [1.0, 1.0], n = 4, structured = true }
+
+[[contact]]
+body = "block"
+tag = "bottom"
+surface = { kind = "plane", point = [0.0, 0.0], normal = [0.0, 1.0] }
+"""
+"""A block pressed on a floor, as a scene's file."""
 
 
 def box(dim: int, order: int = 1, n: int = 3) -> Mesh:

@@ -8,7 +8,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from contact_examples import box, on_floor
+from contact_examples import SCENE, box, on_floor
 from device_examples import RADIUS, contact, run, wire
 
 from contact.solvers import METHODS
@@ -18,18 +18,7 @@ from fem.elasticity import State
 from runs.cli import main
 
 COPIES = 3
-BLOCK = """
-[[body]]
-name = "block"
-material = { E = 1.0, nu = 0.3, state = "plane-strain" }
-supports = [{ tag = "left", component = "x" }, { tag = "top", component = "y", value = "-0.01 * t" }]
-mesh = { shape = "box", size = [1.0, 1.0], n = 4, structured = true }
-
-[[contact]]
-body = "block"
-tag = "bottom"
-surface = { kind = "plane", point = [0.0, 0.0], normal = [0.0, 1.0] }
-copies = {copies}
+SHARED = """copies = {copies}
 
 [solver]
 minimum_norm = true
@@ -38,7 +27,7 @@ minimum_norm = true
 
 def written(copies: int, method: str, folder: Path) -> Any:
     """The forces in the record of the block's run."""
-    (folder / "scene.toml").write_text(BLOCK.replace("{copies}", str(copies)), encoding="utf8")
+    (folder / "scene.toml").write_text(SCENE + SHARED.format(copies=copies), encoding="utf8")
     assert main(["run", str(folder / "scene.toml"), "-o", str(folder / "r.vtkhdf"), "--method", method]) == 0
     with h5py.File(folder / "r.vtkhdf") as file:
         return file["contact/lambda"][:].reshape(copies, -1)
@@ -94,7 +83,7 @@ def test_a_device() -> None:
 
 
 def test_what_explain_says(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "scene.toml").write_text(BLOCK.replace("{copies}", "2"), encoding="utf8")
+    (tmp_path / "scene.toml").write_text(SCENE + SHARED.format(copies=2), encoding="utf8")
     assert main(["explain", str(tmp_path / "scene.toml")]) == 0
     assert "built: minimum norm: " in capsys.readouterr().out
     assert main(["explain", str(tmp_path / "scene.toml"), "--set", "solver.minimum_norm=false"]) == 0

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from contact_examples import SCENE
 from mpi4py import MPI
 from program import PROGRAM, program
 from ranks import on_two_ranks
@@ -33,18 +34,6 @@ ISSUE_2 = {
     "membrane-ball", "membrane-disc", "string", "layer", "receding", "plug", "ball-shell", "v-groove", "duplicated",
     "opposed",
 }  # fmt: skip
-SMALL = """
-[[body]]
-name = "block"
-material = { E = 1.0, nu = 0.3, state = "plane-strain" }
-supports = [{ tag = "left", component = "x" }, { tag = "top", component = "y", value = "-0.01 * t" }]
-mesh = { shape = "box", size = [1.0, 1.0], n = 4, structured = true }
-
-[[contact]]
-body = "block"
-tag = "bottom"
-surface = { kind = "plane", point = [0.0, 0.0], normal = [0.0, 1.0] }
-"""
 
 
 def loaded(code: str, cwd: Path) -> set[str]:
@@ -256,7 +245,7 @@ def test_default_tolerances() -> None:
 
 def test_libraries_that_stay_away(tmp_path: Path) -> None:
     """A scene on a structured mesh runs without gmsh, and without --plot nothing that plots is loaded."""
-    (tmp_path / "small.toml").write_text(SMALL, encoding="utf8")
+    (tmp_path / "small.toml").write_text(SCENE, encoding="utf8")
     modules = loaded("from runs.cli import main\nassert main(['run', 'small.toml']) == 0", tmp_path)
     assert (tmp_path / "small.vtkhdf").exists()
     assert "petsc4py" in modules
