@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from contact.devices import device_kernels
 from contact.devices.element_rows import ElementRows
 from contact.pairs import Constraints, Recorded, Stiffness, check_interference
-from contact.surfaces.detection import first_root, nearest
+from contact.surfaces.detection import first_root, follow, nearest
 from contact.surfaces.implicit import Foot, Surface
 from fem.beams import beam_points
 from fem.beams.beam import Beam
@@ -61,6 +61,7 @@ class DeviceContact:
         self.foot = Foot(np.zeros(self.count), self.places.copy(), normal, np.zeros((self.count, 3, 3)))
         self._followed = np.zeros(self.count, dtype=bool)  # whether `foot` is that of the last look
         self._look(np.ones(self.count, dtype=bool), self.radius)
+        self._start = self._bound()  # what gaps are at least where the last accepted state has the points
         self._searching, self._fresh = True, False
         self._meeting = np.zeros(self.count, dtype=bool)  # points that the free motion of the step has brought in
 
@@ -150,21 +151,28 @@ class DeviceContact:
         """
         rows, others = device_kernels.split(chosen, self._followed)
         x, guess = device_kernels.moved_along(rows, self.at, self.seen, self.foot)
-        lost = self._find(rows, x, guess)
+        lost = rows[self._find(rows, x, guess)]
         if lost.size:
-            self._find(rows[lost], x[lost], None)
+            self._followed[lost] = False
+            others = np.concatenate([lost, others])
         if others.size:
-            self.known[others] = self.surface.lower_bound(self.at[others]) - self.radius[others]
-            self.seen[others], self._drift[others] = self.at[others], 0.0
-            near = others[self.known[others] <= reach[others]]
-            self._find(near, self.at[near], None)
+            self._find_anew(others, reach)
+
+    def _find_anew(self, rows: Ints, reach: Floats) -> None:
+        """Look for feet without a guess, where the surface may be within reach."""
+        self.known[rows] = self.surface.lower_bound(self.at[rows]) - self.radius[rows]
+        self.seen[rows], self._drift[rows] = self.at[rows], 0.0
+        near = rows[self.known[rows] <= reach[rows]]
+        self._find(near, self.at[near], None)
 
     def _find(self, rows: Ints, x: Floats, guess: Floats | None) -> Ints:
-        """Look for the closest points of some points at x; which of those changed their gaps more than they can."""
-        return self._settle(rows, x, nearest(self.surface, x, guess)) if rows.size else rows
+        """Look for the feet of some points at x; which are not found, or changed their gaps more than they can."""
+        if not rows.size:
+            return rows
+        return self._settle(rows, x, nearest(self.surface, x) if guess is None else follow(self.surface, x, guess))
 
     def _settle(self, rows: Ints, x: Floats, found: Foot) -> Ints:
-        """Take closest points that were found; which of the points changed their gaps more than they can."""
+        """Take feet that were found; which were not, or changed the gaps of their points more than they can."""
         lost: Ints = device_kernels.settle(
             rows, x, found, self.radius, self.foot, self.known, self.seen, self._followed, self._drift,
             1e-9 * self._length, 4 * self._length,
@@ -195,7 +203,9 @@ class DeviceContact:
 
     def crossed(self) -> bool:
         """Whether the centreline went through the wall on the straight way from the last accepted state."""
-        rows = np.flatnonzero(device_kernels.ways(self.accepted, self.at) >= self._bound() + self.radius)
+        # On a way through the wall a point has left the balls about both ends that are clear of it.
+        clear = np.maximum(self._start + self.radius, 0.0) + np.maximum(self._bound() + self.radius, 0.0)
+        rows = np.flatnonzero(device_kernels.ways(self.accepted, self.at) >= clear)
         if not rows.size:
             return False
         tolerance = 1e-3 * self._length
@@ -204,6 +214,7 @@ class DeviceContact:
     def accept(self) -> None:
         """Take the present state as the start of the next step's motion."""
         self.at = self.accepted = self._points(self.body.x, self.body.R)
+        self._start = self._bound()
 
     def recorded(self) -> Recorded:
         """The candidates, each at the node next to it; where they touch is the wall's point."""

@@ -85,8 +85,8 @@ def settle(
 ) -> Ints:  # fmt: skip
     """Write the feet found for some points at x into those of all, and their gaps d − a; follow those up to `far`.
 
-    Returns which of the rows, 0, 1, …, changed their gaps by more than their motion since they were seen, the `drift`
-    of the surface, which ends here, and `slack`.
+    Returns which of the rows, 0, 1, …, have no foot (NaN), or changed their gaps by more than their motion since they
+    were seen, the `drift` of the surface, which ends here, and `slack`.
     """
     lost = np.empty(len(rows), dtype=np.int64)
     n = 0
@@ -95,7 +95,7 @@ def settle(
         for k in range(3):
             square += (x[j, k] - seen[i, k]) ** 2
         gap = found[0][j] - radius[i]
-        if abs(gap - known[i]) > np.sqrt(square) + drift[i] + slack:
+        if not abs(gap - known[i]) <= np.sqrt(square) + drift[i] + slack:
             lost[n] = j
             n += 1
         foot[0][i] = found[0][j]

@@ -46,7 +46,7 @@ class WallContact(DeviceContact):
     def detect(self) -> Constraints | None:
         """Tangent planes at the candidates about the present state, with the rows of the wall."""
         # Points that are not followed know their gaps from the wall that was there when they were looked at.
-        self._drift += self.surface.follow(everywhere=self._searching and not self._followed.all())
+        self._follow(everywhere=self._searching and not self._followed.all())
         found = super().detect()
         wall = self.surface.wall
         if found is None or wall is None:
@@ -94,12 +94,22 @@ class WallContact(DeviceContact):
         super()._look(chosen, reach)
         self.candidates &= ~self._beyond
 
+    def _find_anew(self, rows: Ints, reach: Floats) -> None:
+        """As on any surface, when all of it is where the wall is."""
+        self._follow(everywhere=True)
+        super()._find_anew(rows, reach)
+
+    def _follow(self, everywhere: bool = False) -> None:
+        """Bring the surface to where the wall is; what was known about distances from it is less sure then."""
+        if way := self.surface.follow(everywhere):
+            self._drift += way
+            self._start -= way
+
     def _find(self, rows: Ints, x: Floats, guess: Floats | None) -> Ints:
         """The closest points of some points at x, on from their last patches; anew where there is no guess."""
         if not rows.size:
             return rows
         if guess is None:
-            self._drift += self.surface.follow(everywhere=True)
             patch, place = self.surface.search(x)
         else:
             patch, place = self._patch[rows], self._place[rows]
@@ -108,7 +118,7 @@ class WallContact(DeviceContact):
             near = found.distance <= (1 + MARGIN) * self.radius[rows]
             if self._settling or not self.surface.want(patch[near]):
                 break
-            self._drift += self.surface.follow()
+            self._follow()
         # Beyond the rim nothing touches: far enough to be no candidate, near enough to be looked at when it moves.
         found.distance[rim] = np.maximum(found.distance[rim], (1 + MARGIN) * self.radius[rows[rim]] * (1 + 1e-12))
         self._patch[rows], self._place[rows] = patch, place

@@ -116,17 +116,16 @@ class ConvolutionSurface:
         return bound
 
     def nearest(self, x: Floats, guess: Floats | None = None) -> Foot:
-        """The foot of each point by Newton's method from `guess`; from the nearest axis where that fails.
+        """The foot of each point by Newton's method from `guess`; the distance is NaN where that fails.
 
-        On an axis, where several walls are in sight, it is the foot on one of them, not always the nearest.
+        Without a guess it goes on from the nearest axis then, and always ends. On an axis, where several walls are in
+        sight, it is the foot on one of them, not always the nearest.
         """
         x = np.ascontiguousarray(x)
-        start = x if guess is None else np.ascontiguousarray(guess)
-        lost, *found = closest(self.net, x, start, self.sign, 50)
-        foot = Foot(*found)
-        if guess is None:
-            lost = self._doubt(x, foot)
-        if lost:
+        if guess is not None:
+            return Foot(*closest(self.net, x, np.ascontiguousarray(guess), self.sign, 50))
+        foot = Foot(*closest(self.net, x, x, self.sign, 50))
+        if self._doubt(x, foot):
             self._find_lost(x, foot)
         return foot
 
@@ -141,8 +140,7 @@ class ConvolutionSurface:
         """Look for the feet that are NaN from elsewhere; where Newton's method never settles, the wall in sight."""
         for start in (lambda x: beside(self.kind, self.data, x), self._seen):
             lost = np.flatnonzero(np.isnan(foot.distance))
-            _, *again = closest(self.net, x[lost], start(x[lost]), self.sign, 200)
-            found = Foot(*again)
+            found = Foot(*closest(self.net, x[lost], start(x[lost]), self.sign, 200))
             self._doubt(x[lost], found)
             for mine, new in zip(foot, found, strict=True):
                 mine[lost] = new

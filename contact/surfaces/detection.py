@@ -63,6 +63,10 @@ def nearest(surface: Surface, x: Floats, guess: Floats | None = None) -> Foot:
     own = getattr(surface, "nearest", None)
     if own is not None:
         foot: Foot = own(x, guess)
+        lost = np.flatnonzero(np.isnan(foot.distance))
+        if lost.size:
+            for mine, found in zip(foot, own(x[lost], None), strict=True):
+                mine[lost] = found
         return foot
     if guess is None:
         return _feet(surface, x, closest_points(surface, x))
@@ -87,6 +91,12 @@ def nearest(surface: Surface, x: Floats, guess: Floats | None = None) -> Foot:
     if moving.size:
         y[moving] = closest_points(surface, x[moving])
     return _feet(surface, x, y)
+
+
+def follow(surface: Surface, x: Floats, guess: Floats) -> Foot:
+    """`nearest` from a guess; the distance may be NaN where that does not lead to a foot."""
+    foot: Foot = surface.nearest(x, guess) if hasattr(surface, "nearest") else nearest(surface, x, guess)
+    return foot
 
 
 def _feet(surface: Surface, x: Floats, y: Floats) -> Foot:

@@ -35,7 +35,8 @@ class Surface(Protocol):
     """An implicit surface in D dimensions; x has shape (points, D) [m].
 
     A surface that knows its closest points or first roots better than `detection` does has methods
-    ``nearest(x, guess)`` or ``first_root(start, end, tolerance)`` of its own; one that knows what fits, ``inradius``.
+    ``nearest(x, guess)``, of which a distance may be NaN where a guess leads nowhere, or
+    ``first_root(start, end, tolerance)`` of its own; one that knows what fits, ``inradius``.
     """
 
     def potential(self, x: Floats) -> Floats:

@@ -16,10 +16,8 @@ SETTLED = 1e-12
 
 
 @njit(cache=True, error_model="numpy")
-def closest(
-    net: Network, x: Floats, guess: Floats, sign: float, limit: int
-) -> tuple[int, Floats, Floats, Floats, Floats]:
-    """How often it fails (distance NaN); distance, closest point, normal, Hessian of the distance by Newton's method.
+def closest(net: Network, x: Floats, guess: Floats, sign: float, limit: int) -> tuple[Floats, Floats, Floats, Floats]:
+    """Distance (NaN where it fails), closest point, normal, Hessian of the distance by Newton's method.
 
     On y − x + μ∇g = 0, g = 0 with μ = n·(x − y)/|∇g|: the step is −g n/|∇g| and, in the tangent plane, z with
     M z = (x − y)_t − (d S)(step along n), M = I + d S, S = ∇²g/|∇g|, d = n·(x − y); |M| takes the place of M where that
@@ -29,7 +27,7 @@ def closest(
     constants, table, keys, cells, bounds, groups, slots, plates, balls = net
     distance, foot = np.full(len(x), np.nan), guess.copy()
     normal, curvature = np.zeros((len(x), 3)), np.zeros((len(x), 3, 3))
-    place, lost = NOWHERE, len(x)
+    place = NOWHERE
     for i in range(len(x)):
         x0, x1, x2 = x[i, 0], x[i, 1], x[i, 2]
         y0, y1, y2 = guess[i, 0], guess[i, 1], guess[i, 2]
@@ -117,9 +115,8 @@ def closest(
                 curvature[i, 0, 1] = curvature[i, 1, 0] = at0 * t1 + ab0 * b1
                 curvature[i, 0, 2] = curvature[i, 2, 0] = at0 * t2 + ab0 * b2
                 curvature[i, 1, 2] = curvature[i, 2, 1] = at1 * t2 + ab1 * b2
-                lost -= 1
                 break
-    return lost, distance, foot, normal, curvature
+    return distance, foot, normal, curvature
 
 
 @njit(cache=True, error_model="numpy")

@@ -48,12 +48,11 @@ def spatial_inertia(R: Floats, rotary: Floats) -> Floats:
     """R diag(rotary) Rᵀ of each node, (N, 3, 3), from moments about the node's axes (N, 3)."""
     J = np.empty_like(R)
     for i in range(len(R)):
+        j0, j1, j2 = rotary[i, 0], rotary[i, 1], rotary[i, 2]
         for a in range(3):
+            x, y, z = j0 * R[i, a, 0], j1 * R[i, a, 1], j2 * R[i, a, 2]
             for b in range(3):
-                total = 0.0
-                for k in range(3):
-                    total += R[i, a, k] * rotary[i, k] * R[i, b, k]
-                J[i, a, b] = total
+                J[i, a, b] = x * R[i, b, 0] + y * R[i, b, 1] + z * R[i, b, 2]
     return J
 
 

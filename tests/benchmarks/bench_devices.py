@@ -39,8 +39,9 @@ from contact.system import System  # noqa: E402
 from validation.recorded import Answer, Solves, answer, record, recorded, run  # noqa: E402
 
 CANDIDATES = 100
+EVERY = 10  # floors are timed of one step in so many: the caches are cold in the step after
 PROBLEMS = 20
-# Milliseconds of a whole step, and its ratio to the floor, that issue 3 asks for at most.
+# Milliseconds of a whole step, and its ratio to the floor, that are wanted at most.
 TARGET, RATIO = 4.0, 3.0
 DIRECT = ("status", "status, warm", "lemke", "kkt")
 ITERATIVE = ("gauss-seidel", "tao", "vi-rsls", "vi-ssls")
@@ -117,7 +118,8 @@ def floor(scene: Scene, folder: Path, steps: int | None) -> None:
             sets.append(np.flatnonzero(result.lam > 0))
             candidates = len(result.linearisation.rows)
             if accepted.number and accepted.converged and candidates >= CANDIDATES:  # the first step compiles kernels
-                floors.append(accepted.substeps * measure(solves.problem, solves.solution.lam))
+                if len(rows) % EVERY == 0:
+                    floors.append(accepted.substeps * measure(solves.problem, solves.solution.lam))
                 phases.append(accepted.seconds)
                 rows.append((result.passes, calls, accepted.substeps, candidates, len(sets[-1])))
 
@@ -140,11 +142,12 @@ def floor(scene: Scene, folder: Path, steps: int | None) -> None:
         print(f"  {phase:9} median {1e3 * np.median([p[phase] for p in phases]):.2f} ms")
     for name, parts in zip(("PETSc's LU", "own factor"), np.moveaxis(np.array(floors), 1, 0), strict=True):
         values, (factor, columns, cholesky) = parts.sum(axis=1), 1e3 * np.median(parts, axis=0)
-        ratio = totals / values
+        ratio = totals[::EVERY] / values
         print(
             f"floor by {name}: median {1e3 * np.median(values):.3f} ms (factor {factor:.3f}, columns {columns:.3f}, "
             f"Cholesky {cholesky:.3f}); step/floor: ratio of medians {np.median(totals) / np.median(values):.1f} "
-            f"(target {RATIO:g}), median ratio {np.median(ratio):.1f}, a pass {np.median(ratio * substeps / calls):.1f}"
+            f"(target {RATIO:g}), median ratio {np.median(ratio):.1f}, "
+            f"a pass {np.median(ratio * (substeps / calls)[::EVERY]):.1f}"
         )
 
 
