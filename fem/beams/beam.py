@@ -71,6 +71,7 @@ class Beam:
         self.w = np.zeros((n, 3))
         self.u = np.zeros(6 * n)
         self.load = np.zeros(6 * n)
+        self._line: Floats | None = None
         self.fixed = np.zeros(6 * n, dtype=bool)
         for drive in self.drives:
             self.fixed[6 * drive.node + np.array(drive.components, dtype=int)] = True
@@ -188,7 +189,9 @@ class Beam:
         for drive in self.drives:
             if drive.motion is not None:
                 self._follow(drive, drive.motion(t), d[drive.node])
-        self._load(t)
+        weights = self.inertia.weights if self.inertia is not None else np.zeros(len(self.x))
+        load, self._line = self.loads.at(t, self.data.length, weights)
+        self.load = load.ravel()
         if not (np.isfinite(d).all() and np.isfinite(self.load).all()):
             raise ValueError(f"body {self.name!r}: a support or load is not finite at t = {t:.6g}")
         self._shift(d)
@@ -226,22 +229,6 @@ class Beam:
             )
             self._least = _least(self._damped)
         return stress
-
-    def _load(self, t: float) -> None:
-        f = np.zeros((self.space.nodes, 6))
-        if self.loads.line is not None:
-            self._line = self.loads.line(t)
-            half = self.data.length[:, None] / 2 * self._line
-            f[:-1, :3] += half
-            f[1:, :3] += half
-        if self.loads.gravity is not None and self.inertia is not None:
-            mass = self.inertia.nodes.copy()
-            mass[:-1] += self.inertia.links
-            mass[1:] += self.inertia.links
-            f[:, :3] += np.outer(mass, self.loads.gravity(t))
-        for node, value in self.loads.points:
-            f[node] += value(t)
-        self.load = f.ravel()
 
     def renew(self, cautious: bool = False) -> None:
         """Let A be formed anew about the present configuration, with its own stress where one is `cautious`."""
@@ -334,7 +321,7 @@ class Beam:
             if self.inertia is not None:
                 self._add_inertia(inner)
             outer = self.load
-            if self.loads.line is not None:
+            if self._line is not None:
                 # What the Hermite interpolation makes of a line load, beside half of it a node.
                 outer = outer.copy()
                 nodal_kernels.add_line_moments(outer.reshape(-1, 6), self.R, self.data.length, self._line)
@@ -382,13 +369,7 @@ class Beam:
         gamma, psi = kernels.strains(self.edges, self.R)
         data = self.data
         strain = ((gamma - data.chord) ** 2 * data.axial + (psi - data.twist) ** 2 * data.bending).sum() / 2
-        kinetic = 0.0
-        if self.inertia is not None:
-            momentum = self.inertia.nodes[:, None] * self.v
-            momentum[:-1] += self.inertia.links[:, None] * self.v[1:]
-            momentum[1:] += self.inertia.links[:, None] * self.v[:-1]
-            J = np.einsum("nij,nj,nkj->nik", self.R, self.inertia.rotary, self.R)
-            kinetic = float((momentum * self.v).sum() + np.einsum("ni,nij,nj->", self.w, J, self.w)) / 2
+        kinetic = self.inertia.energy(self.v, self.w, self.R) if self.inertia is not None else 0.0
         return {"kinetic": kinetic, "strain": float(strain)}
 
     # --- solves ---------------------------------------------------------------------------------------------------

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +41,24 @@ class BeamLoads:
     gravity: Callable[[float], Floats] | None = None
     points: Sequence[tuple[int, Callable[[float], Floats]]] = ()
 
+    def at(self, t: float, length: Floats, weights: Floats) -> tuple[Floats, Floats | None]:
+        """Forces and moments on the nodes at time t, (N, 6), and the line load, (N − 1, 3).
+
+        Half of a line load is at each node; what the interpolation adds depends on the tangents there. `weights` are
+        the masses (N) [kg] that gravity pulls.
+        """
+        f, line = np.zeros((len(weights), 6)), None
+        if self.line is not None:
+            line = self.line(t)
+            half = length[:, None] / 2 * line
+            f[:-1, :3] += half
+            f[1:, :3] += half
+        if self.gravity is not None:
+            f[:, :3] += np.outer(weights, self.gravity(t))
+        for node, value in self.points:
+            f[node] += value(t)
+        return f, line
+
 
 @dataclass(frozen=True)
 class BeamInertia:
@@ -56,6 +75,22 @@ class BeamInertia:
     rotary: Floats
     rayleigh: tuple[float, float] = (0.0, 0.0)
     velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    @cached_property
+    def weights(self) -> Floats:
+        """The sums of the mass matrix's rows, (N) [kg]."""
+        weights = self.nodes.copy()
+        weights[:-1] += self.links
+        weights[1:] += self.links
+        return weights
+
+    def energy(self, v: Floats, w: Floats, R: Floats) -> float:
+        """½ vᵀM v + ½ wᵀJ w [J], for velocities v, w (N, 3) and frames R (N, 3, 3)."""
+        momentum = self.nodes[:, None] * v
+        momentum[:-1] += self.links[:, None] * v[1:]
+        momentum[1:] += self.links[:, None] * v[:-1]
+        turning = np.einsum("nij,ni->nj", R, w)
+        return float((momentum * v).sum() + (self.rotary * turning**2).sum()) / 2
 
 
 @dataclass(frozen=True)
