@@ -125,7 +125,10 @@ DOMES = (0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5, 1.75, 2.0)
 
 @sweep("coil-packing", "radius of the dome over that of the coil's loops [-]", DOMES)
 def coil_packing(ratio: float) -> Answer:
-    """A coil pushed out of a microcatheter into a dome until all of it is in: every point stays inside."""
+    """A coil pushed out of a microcatheter into a dome until all of it is in: every point stays inside.
+
+    The end that is pushed stops a diameter beyond the microcatheter: further on it would leave a narrow dome itself.
+    """
     loop, a, L = 2.0e-3, 1.25e-4, 0.030
     dome = ratio * loop
     section: dict[str, Any] = {
@@ -154,7 +157,8 @@ def coil_packing(ratio: float) -> Answer:
         "branches": [{"name": "microcatheter", "points": catheter}],
         "aneurysms": [{"centre": [0.0, 0.0, 0.0], "radius": dome}],
     }
-    return _inside([coil], [{"body": "coil", "samples": 2, "surface": surface}], 1.14, 114)
+    end = (L + 0.15 * dome + 2 * a) / (0.95 * L)
+    return _inside([coil], [{"body": "coil", "samples": 2, "surface": surface}], end, round(100 * end))
 
 
 def _inside(body: list[dict[str, Any]], contact: list[dict[str, Any]], end: float, steps: int) -> Answer:
