@@ -71,13 +71,13 @@ def march(system: System, scene: Scene, sink: Sink, first: int = 0, start: Float
                 with system.clock("assemble"):
                     result = step(system, t, span, solve, start, limits, solver.max_passes)
             except (ContactNotConvergedError, InfeasibleError, ArithmeticError) as error:
-                infeasible = isinstance(error, InfeasibleError) and system.linear
+                infeasible = isinstance(error, InfeasibleError) and (system.linear or error.proven)
                 hopeless = infeasible or dt <= size / 2**solver.max_halvings
                 if hopeless:
                     sink(_unfinished(system, number, t, dt, substeps))
                     if isinstance(error, ArithmeticError):
                         raise ContactNotConvergedError(str(error), 0, np.inf) from None
-                    if isinstance(error, InfeasibleError) and not system.linear:
+                    if isinstance(error, InfeasibleError) and not infeasible:
                         # it is so of the tangent planes of one pass, which proves nothing of the walls
                         raise ContactNotConvergedError(f"in the last pass {error}", 0, np.inf) from None
                     raise

@@ -53,7 +53,7 @@ def step(
         where the certificate is missed after `max_passes` passes, the contact method stops early, or a point would pass
         through a wall.
     InfeasibleError
-        where no contact force balances the load.
+        where no contact force balances the load, or a support holds a point inside a wall.
     """
     tolerances, iterations, residual = tolerances or Tolerances(), 0, 1.0
     lam = start
@@ -83,6 +83,9 @@ def step(
             gap = system.gaps()
             system.accept()
             return StepResult(lam, gap, corrected, problem, certificate, number, iterations, solution.details)
+        deep = certificate.penetration > tolerances.penetration
+        if deep and (wall := system.driven_into(corrected, tolerances.penetration)):
+            raise InfeasibleError(f"a support puts a point of {wall!r} into the wall at t = {t:.6g}", proven=True)
         # A pass with the same A contracts about as well as the last one.
         settling = certificate.residual**2 <= SURE * min(tolerances.complementarity, tolerances.equilibrium) * residual
         progress, residual = certificate.residual / residual, certificate.residual

@@ -321,6 +321,12 @@ class System:
             gaps: Floats = _stacked([pair.gaps() for pair in self.pairs])
             return gaps
 
+    def driven_into(self, lin: Linearisation, depth: float) -> str:
+        """Which contact has a point that no unknown moves more than `depth` lengths inside its surface; '' for none."""
+        deep = np.flatnonzero((self.gaps() < -depth * lin.length) & ~lin.movable)
+        ends = np.cumsum([part.count for part in lin.constraints])
+        return self.pairs[int(np.searchsorted(ends, deep[0], side="right"))].name if deep.size else ""
+
     def crossed(self) -> str:
         """Which contact has a point that went through its surface on the way to the present state; '' for none."""
         with self.clock("detect"):

@@ -128,4 +128,11 @@ class ContactNotConvergedError(RuntimeError):
 
 
 class InfeasibleError(RuntimeError):
-    """No λ ≥ 0 balances the load, or no position satisfies the constraints."""
+    """No λ ≥ 0 balances the load, or no position satisfies the constraints.
+
+    `proven` is whether that is so of the bodies themselves, not only of a linearisation on the way.
+    """
+
+    def __init__(self, reason: str, proven: bool = False) -> None:
+        super().__init__(reason)
+        self.proven = proven

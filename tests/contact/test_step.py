@@ -189,3 +189,13 @@ def test_a_block_that_fits_exactly(n: int) -> None:
     counts = np.cumsum([part.count for part in result.linearisation.constraints])
     assert result.lam[counts[1] :].sum() == pytest.approx(size.prod(), rel=1e-12)
     system.close()
+
+
+def test_a_support_that_leads_into_a_plane_is_infeasible() -> None:
+    """The corners of a block's bottom are held a tenth below the floor."""
+    scene = _pressed(2, "small", FLOOR[2])
+    scene["body"][0]["supports"] += [{"tag": "left", "value": -0.1}]
+    system = prepared(**scene)
+    with pytest.raises(InfeasibleError, match="a support puts a point of 'contact' into the wall"):
+        step(system, 1.0)
+    system.close()

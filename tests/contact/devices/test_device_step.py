@@ -16,7 +16,7 @@ import contact.step
 from contact.certificate import Tolerances
 from contact.clock import Clock
 from contact.linearisation import Linearisation
-from contact.solvers.problem import ContactNotConvergedError
+from contact.solvers.problem import ContactNotConvergedError, InfeasibleError
 from contact.surfaces.detection import nearest
 
 
@@ -121,6 +121,16 @@ def test_forces_of_a_pass_do_not_depend_on_the_brace(name, monkeypatch):
     assert len(passes[0]) == len(passes[1]) >= 4
     for one, other in zip(*passes, strict=True):
         np.testing.assert_allclose(other, one, rtol=1e-9)
+
+
+def test_a_support_that_leads_into_a_wall_is_infeasible():
+    """Nothing can keep a held end out: it is said at once, by name, and not taken for passes that do not settle."""
+    surface, _ = OBSTACLES["plane"]
+    supports = [{"at": "start"}, {"at": "end", "displacement": [0.0, 0.0, "-2e-3 * t"]}]
+    scene = pressed("plane", body=[wire(supports=supports)], contact=[contact_table(surface)])
+    with pytest.raises(InfeasibleError, match=r"a support puts a point of 'wall' into the wall at t = 0\.5") as told:
+        run(scene)
+    assert told.value.proven
 
 
 def test_constraints_out_of_reach_stay_out_of_the_problem():
