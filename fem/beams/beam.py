@@ -84,7 +84,7 @@ class Beam:
         self._damped = data
         self._stress: Floats | None = None  # to form A with, where it is not that of the configuration
         self._before: tuple[Floats, Floats, Floats] | None = None  # edges, frames and increment of the last pass
-        self._extra: tuple[Ints, Floats] | None = None
+        self._extra: list[tuple[Ints, Floats]] = []
         self._forces: tuple[Floats, Floats] | None = None
         self._fresh = self._factorised = False
         self._matrix = matrix_of(self.fixed)
@@ -238,7 +238,7 @@ class Beam:
 
     def stiffen(self, elements: Ints, blocks: Floats) -> None:
         """Add blocks (q, 12, 12) of given elements to the next A."""
-        self._extra = elements, blocks
+        self._extra.append((elements, blocks))
 
     def assemble(self) -> None:
         """Form A = inertia M + damping B + K about the present configuration, if it is not that already."""
@@ -255,9 +255,9 @@ class Beam:
             a, _ = self.inertia.rayleigh
             factor = self._integrator.inertia + a * self._integrator.damping
             nodal_kernels.add_inertia(diagonal, upper, self.inertia.nodes, self.inertia.links, self._J, factor)
-        if self._extra is not None:
-            kernels.add_element_blocks(diagonal, upper, *self._extra)
-            self._extra = None
+        for elements, blocks in self._extra:
+            kernels.add_element_blocks(diagonal, upper, elements, blocks)
+        self._extra = []
         self._matrix.fill(diagonal, upper)
         self._fresh = True
 

@@ -58,9 +58,12 @@ def test_mortar_constraints_of_a_body_that_contact_holds(state: State) -> None:
 
 
 def test_a_device() -> None:
-    """A wire that slides over a post, its planes and matrix renewed in each pass: motion and resultants of one post."""
+    """A wire that slides over a post, its planes and matrix renewed in each pass: motion and resultants of one post.
 
-    def bent(copies: int) -> tuple[Any, Any]:
+    The curvature under the forces of every copy enters the wire's matrix, so that passes are as many as with one.
+    """
+
+    def bent(copies: int) -> tuple[Any, Any, list[int]]:
         post = {"kind": "cylinder", "centre": [-0.02, 0.0, -RADIUS - 2e-3], "axis": [0.0, 1.0, 0.0], "radius": 1.9e-3}
         held = [{"at": "start"}, {"at": "end", "displacement": [0.0, 0.0, "-2e-3 * t"], "hold": ["z", "y"]}]
         system, steps = run(
@@ -73,10 +76,11 @@ def test_a_device() -> None:
         )
         x = system.bodies[0].x.copy()
         system.close()
-        return x, steps[-1].result.lam.reshape(copies, -1)
+        return x, steps[-1].result.lam.reshape(copies, -1), [step.result.passes for step in steps]
 
-    (x, one), (y, shares) = bent(1), bent(COPIES)
+    (x, one, passes), (y, shares, again) = bent(1), bent(COPIES)
     assert one.max() > 0
+    assert again == passes
     np.testing.assert_allclose(y, x, rtol=0, atol=1e-8 * RADIUS)
     np.testing.assert_allclose(shares, np.tile(one / COPIES, (COPIES, 1)), rtol=0, atol=1e-6 * one.max())
     np.testing.assert_allclose(shares, np.tile(shares[0], (COPIES, 1)), rtol=0, atol=1e-10 * one.max())
