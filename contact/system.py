@@ -74,6 +74,7 @@ class System:
         """
         integrator = self.integrator(dt)
         self._mixing = Mixing(self.comm, self.bodies)
+        self._coupling = self._brace = None
         for body in self.bodies:
             body.begin(t, integrator)
         for pair in self.pairs:

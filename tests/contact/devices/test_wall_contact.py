@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import wall_examples
 from device_examples import run
+from mpi4py import MPI
 from numpy.typing import NDArray
 from ranks import same_on_two_ranks
 from scipy.linalg import block_diag
@@ -19,8 +20,11 @@ from contact.certificate import certify
 from contact.coupling import coupled
 from contact.devices.wall_contact import WallContact
 from contact.devices.wall_rows import WallRows
+from contact.scene.build import build
 from contact.scene.explain import explain
 from contact.scene.schema import Scene
+from contact.solvers.problem import ContactNotConvergedError
+from contact.step import step
 from fem.wall import Wall
 
 Floats = NDArray[np.float64]
@@ -88,6 +92,34 @@ def test_passes_contract_quadratically(monkeypatch: pytest.MonkeyPatch) -> None:
     last = residuals[-steps[-1].result.passes :]
     assert len(last) <= 4
     assert last[-1] < 10 * last[-2] ** 1.5
+
+
+def test_a_rejected_step_leaves_no_curvature(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At half its length it takes the passes of a system that has not tried the whole."""
+    residuals: list[list[float]] = []
+
+    def watched(*given: Any, **named: Any) -> Any:
+        certificate = certify(*given, **named)
+        residuals[-1].append(certificate.residual)
+        return certificate
+
+    monkeypatch.setattr("contact.step.certify", watched)
+    tables = pressed(1e5, steps=1)
+    tables["body"][0]["placement"]["start"][2] = RADIUS
+    for rejected in (False, True):
+        system = build(Scene.model_validate(tables), MPI.COMM_SELF)
+        residuals.append([])
+        if rejected:
+            before = system.state()
+            with pytest.raises(ContactNotConvergedError):
+                step(system, 0.01, 0.01, max_passes=2)
+            system.restore(before)
+            residuals[-1].clear()
+        step(system, 0.005, 0.005)
+        system.close()
+    (expected, found) = residuals
+    assert len(expected) >= 3
+    np.testing.assert_allclose(found, expected, rtol=1e-4, atol=1e-10)
 
 
 def test_the_dent_of_a_discrete_problem_solved_by_itself() -> None:
