@@ -93,7 +93,8 @@ class DeviceContact:
         elif self._fresh:
             self.at = self._points(self.body.x, self.body.R)
             self._look(self.candidates | (self._bound() <= 0), self._nothing)
-            self.candidates |= self.known <= 0
+            # A foot that was lost, and not looked for anew, is out of reach.
+            self.candidates = self.candidates & ~np.isnan(self.foot.distance) | (self.known <= 0)
             outside = self.known < self._outside
             if outside.any():  # the closest wall may be another one
                 self._first_met(np.flatnonzero(outside), self.at)

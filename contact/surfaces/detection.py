@@ -75,10 +75,9 @@ def nearest(surface: Surface, x: Floats, guess: Floats | None = None) -> Foot:
     moving = np.arange(len(x))
     for _ in range(12):
         at = y[moving]
-        gradient = surface.gradient(at)
-        size = np.linalg.norm(gradient, axis=1)
-        d = _dot(x[moving] - at, gradient) / size
-        M, n = _bent(surface, at, gradient, d)
+        S, n, size = _shape(surface, at)
+        d = _dot(x[moving] - at, n)
+        M = _bent(S, d)
         along = (-surface.potential(at) / size)[:, None] * n
         tangential = x[moving] - at - d[:, None] * n
         step = np.linalg.solve(M, (tangential - _times(M, along) + along)[:, :, None])[:, :, 0]
@@ -90,7 +89,14 @@ def nearest(surface: Surface, x: Floats, guess: Floats | None = None) -> Foot:
     # Four times round-off may remain where the surface is steep; what is further off has not settled.
     if moving.size:
         y[moving] = closest_points(surface, x[moving])
-    return _feet(surface, x, y)
+    foot = _feet(surface, x, y)
+    # On a wall beyond its focus the distance is stationary, but no bound: another is nearer, as a rule opposite.
+    curvature = np.where(np.isfinite(foot.curvature), foot.curvature, 0.0)
+    beyond = np.flatnonzero(foot.distance * np.linalg.eigvalsh(curvature)[:, -1] > 1 + 1e-9)
+    if beyond.size:
+        for mine, found in zip(foot, nearest(surface, x[beyond]), strict=True):
+            mine[beyond] = found
+    return foot
 
 
 def follow(surface: Surface, x: Floats, guess: Floats) -> Foot:
@@ -100,25 +106,26 @@ def follow(surface: Surface, x: Floats, guess: Floats) -> Foot:
 
 
 def _feet(surface: Surface, x: Floats, y: Floats) -> Foot:
-    gradient = surface.gradient(y)
-    n = gradient / np.linalg.norm(gradient, axis=1)[:, None]
+    S, n, _ = _shape(surface, y)
     d = _dot(x - y, n)
-    M, _ = _bent(surface, y, gradient, d)
-    S, _ = _bent(surface, y, gradient, np.ones(len(d)))
-    flat = np.eye(x.shape[1])
-    P = flat - n[:, :, None] * n[:, None, :]
-    return Foot(d, y, n, P @ np.linalg.solve(M, S - flat) @ P)
+    return Foot(d, y, n, np.linalg.solve(_bent(S, d), S))
 
 
-def _bent(surface: Surface, y: Floats, gradient: Floats, d: Floats) -> tuple[Floats, Floats]:
-    """I + d S, or I where that is singular, and n."""
+def _shape(surface: Surface, y: Floats) -> tuple[Floats, Floats, Floats]:
+    """S, n and |∇g|."""
+    gradient = surface.gradient(y)
     size = np.linalg.norm(gradient, axis=1)
     n = gradient / size[:, None]
-    flat = np.eye(y.shape[1])
-    P = flat - n[:, :, None] * n[:, None, :]
-    M = flat + (d / size)[:, None, None] * (P @ surface.hessian(y) @ P)
+    P = np.eye(y.shape[1]) - n[:, :, None] * n[:, None, :]
+    return P @ surface.hessian(y) @ P / size[:, None, None], n, size
+
+
+def _bent(S: Floats, d: Floats) -> Floats:
+    """I + d S, or I where that is singular."""
+    flat = np.eye(S.shape[1])
+    M: Floats = flat + d[:, None, None] * S
     M[np.abs(np.linalg.det(M)) < 1e-6] = flat
-    return M, n
+    return M
 
 
 def _times(M: Floats, v: Floats) -> Floats:

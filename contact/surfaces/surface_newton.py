@@ -13,6 +13,8 @@ Ints = NDArray[np.int64]
 
 # Newton's method ends with a step that leaves less than this part of the radius, by its quadratic term.
 SETTLED = 1e-12
+# No foot is where the distance falls along the surface: twice the eigenvalue of M that rounding may leave below zero.
+SADDLE = 2e-4
 
 
 @njit(cache=True, error_model="numpy")
@@ -69,10 +71,11 @@ def closest(net: Network, x: Floats, guess: Floats, sign: float, limit: int) -> 
             rt = v0 * t0 + v1 * t1 + v2 * t2 - d * along * Snt
             rb = v0 * b0 + v1 * b1 + v2 * b2 - d * along * Snb
             Mtt, Mtb, Mbb = 1.0 + d * Stt, d * Stb, 1.0 + d * Sbb
-            det = Mtt * Mbb - Mtb * Mtb
+            det, saddle = Mtt * Mbb - Mtb * Mtb, False
             if not (det > 1e-9 and Mtt > 0.0):
                 # |M| = (M² + |det M| I)/√(tr M² + 2 |det M|), kept from being singular
                 trace = Mtt + Mbb
+                saddle = trace - np.sqrt(max(trace * trace - 4.0 * det, 0.0)) < -SADDLE
                 root = np.sqrt(Mtt * Mtt + 2.0 * Mtb * Mtb + Mbb * Mbb + 2.0 * abs(det)) + 1e-300
                 Mtt, Mtb, Mbb = (
                     (Mtt * Mtt + Mtb * Mtb + abs(det)) / root + 1e-6,
@@ -97,6 +100,8 @@ def closest(net: Network, x: Floats, guess: Floats, sign: float, limit: int) -> 
             y2 += cut * (up * n2 + zt * t2 + zb * b2)
             bent2 = h0 * h0 + h3 * h3 + h5 * h5 + 2.0 * (h1 * h1 + h2 * h2 + h4 * h4)
             if step2 * step2 * bent2 < (SETTLED * thin) ** 2 and step2 < 1e-4 * longest * longest:
+                if saddle and d > 0.0:
+                    break  # on the wall opposite the nearest one: this distance is no bound
                 # The unit normal turns by (I − n nᵀ) H m, of which the tangential parts are
                 wt, wb = along * Snt + zt * Stt + zb * Stb, along * Snb + zt * Stb + zb * Sbb
                 n0, n1, n2 = n0 + wt * t0 + wb * b0, n1 + wt * t1 + wb * b1, n2 + wt * t2 + wb * b2

@@ -15,9 +15,12 @@ import contact.devices.device_contact
 import contact.step
 from contact.certificate import Tolerances
 from contact.clock import Clock
+from contact.devices.device_contact import DeviceContact
 from contact.linearisation import Linearisation
 from contact.solvers.problem import ContactNotConvergedError, InfeasibleError
+from contact.surfaces.convolution import ConvolutionSurface
 from contact.surfaces.detection import nearest
+from contact.surfaces.implicit import Foot
 
 
 def pressed(name, **changes):
@@ -178,6 +181,60 @@ def test_nothing_happens():
     _, steps = run(pushed(0.0, 0.1, 2))
     assert [step.result.lam.sum() for step in steps] == [0.0, 0.0]
     assert all(step.result.certificate.within(Tolerances()) for step in steps)
+
+
+def test_from_one_wall_to_the_opposite():
+    """Carried across a straight vessel in a plane of its axis, where the wall left behind stays stationary."""
+    R = 6e-4
+    across = f"{R - RADIUS} * (1 - 2 * t)"
+    ends = [
+        {"at": "start", "displacement": [0, across, 0]},
+        {"at": "end", "displacement": [0, across, 0], "hold": ["y"]},
+    ]
+    tube = {"kind": "vessels", "branches": [{"name": "tube", "points": [[x, 0.0, 0.0, R] for x in (-0.06, 0.0, 0.03)]}]}
+    load = {"kind": "line", "value": [0.0, "1 - 2 * t", 0.0]}
+    inside = []
+
+    def watch(system, step):
+        p = system.pairs[0].accepted
+        inside.append((R - RADIUS - np.hypot(p[:, 1], p[:, 2]).max()) / RADIUS)
+
+    system, _ = run(
+        {"body": [wire(supports=ends, loads=[load])], "contact": [contact_table(tube)], "time": {"steps": 17}},
+        watch=watch,
+    )
+    system.close()
+    assert min(inside) >= -1e-3
+
+
+def test_lost_feet_are_found_again(monkeypatch):
+    """Forces do not depend on whether feet are followed, and every candidate has a foot."""
+    forces = []
+    for lost in (False, True):
+        if lost:
+            own = ConvolutionSurface.nearest
+            none = (np.nan, np.nan, 0.0, 0.0)
+
+            def lose(surface, x, guess=None, own=own, none=none):
+                found = own(surface, x)
+                return found if guess is None else Foot(*map(np.full_like, found, none))
+
+            monkeypatch.setattr(ConvolutionSurface, "nearest", lose)
+        detect = DeviceContact.detect
+
+        def watch(pair, detect=detect):
+            found = detect(pair)
+            if found is not None:
+                size = np.linalg.norm(found.normals[pair.candidates], axis=1)
+                np.testing.assert_allclose(size, 1.0, rtol=1e-12)
+            return found
+
+        monkeypatch.setattr(DeviceContact, "detect", watch)
+        system, steps = run(pushed(0.5, 0.06, 24))
+        forces.append([step.result.lam for step in steps])
+        system.close()
+    assert np.max(forces) > 0
+    np.testing.assert_allclose(forces[1], forces[0], rtol=0, atol=1e-9 * np.max(forces))
 
 
 # --- speed ------------------------------------------------------------------------------------------------------------

@@ -59,6 +59,19 @@ def test_a_straight_tube_has_its_radius(pieces: int) -> None:
     np.testing.assert_allclose(outside.distance, r - 0.8, atol=1e-12)
 
 
+def test_a_foot_does_not_stay_on_the_opposite_wall() -> None:
+    """Where a point goes through the axis in a plane: from the foot of before it is the nearer wall, or none."""
+    surface = ConvolutionSurface(_line([0.0, 0, 0], [9.0, 0, 0], np.full(8, 0.7)))
+    foot, lost = np.array([[4.0, 0.7, 0.0]]), 0
+    for y in np.linspace(0.65, -0.65, 14):
+        x = np.array([[4.0, y, 0.0]])
+        lost += int(np.isnan(surface.nearest(x, foot).distance[0]))
+        found = nearest(surface, x, foot)
+        foot = found.point
+        np.testing.assert_allclose(found.distance, 0.7 - abs(y), atol=1e-12)
+    assert lost == 1
+
+
 def test_quadrature_of_tapered_segments() -> None:
     """Pieces of four points integrate a radius that halves over its length to 1e-7: against 300 points."""
     a, t, r0, taper, k = np.zeros(3), np.array([1.0, 0, 0]), 1.0, -0.25, 1.5

@@ -5,8 +5,19 @@ import pytest
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from contact.surfaces.detection import closest_points, first_root, root_along
-from contact.surfaces.implicit import Cylinder, Graph, Plane, Sphere, Surface, cone, dome, paraboloid, sinusoid
+from contact.surfaces.detection import closest_points, first_root, nearest, root_along
+from contact.surfaces.implicit import (
+    Cylinder,
+    Graph,
+    Plane,
+    Potential,
+    Sphere,
+    Surface,
+    cone,
+    dome,
+    paraboloid,
+    sinusoid,
+)
 
 Floats = NDArray[np.float64]
 TOLERANCE = 1e-3
@@ -199,6 +210,18 @@ def test_closest_points_of_round_surfaces() -> None:
     y = closest_points(Cylinder(np.zeros(3), axis, 0.5, inside=True), on_axis)
     np.testing.assert_allclose(np.linalg.norm(y - on_axis, axis=1), 0.5, atol=1e-14)
     np.testing.assert_allclose((y - on_axis) @ axis, 0, atol=1e-14)
+
+
+@pytest.mark.parametrize("R", [0.7, 1.0])
+def test_a_foot_does_not_stay_on_the_opposite_wall(R: float) -> None:
+    """Where a point goes through a tube's axis in a plane the old wall is stationary still, and another is nearer."""
+    tube = Potential(lambda x: (R**2 - x[:, 1] ** 2 - x[:, 2] ** 2) / 2, lambda x: -x * [0.0, 1.0, 1.0], 2 * R)
+    foot = np.array([[0.0, R, 0.0]])
+    for y in np.linspace(0.65, -0.65, 14) * R:
+        found = nearest(tube, np.array([[0.0, y, 0.0]]), foot)
+        foot = found.point
+        np.testing.assert_allclose(found.distance, R - abs(y), atol=1e-12)
+        np.testing.assert_allclose(found.curvature[0, 2, 2], -1 / abs(y), rtol=1e-6)
 
 
 def test_closest_point_of_an_edge() -> None:
