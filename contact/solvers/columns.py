@@ -109,14 +109,21 @@ def extend(L: Floats, columns: Floats, pivot: float) -> tuple[Floats, Ints]:
     tail, info = lapack.dpotrf(schur, lower=1, clean=1)
     kept = np.arange(n - p)
     if info != 0 or np.any(np.diagonal(tail) <= np.sqrt(pivot) * scale):
-        scale[scale == 0] = 1.0
-        # of equal rows the first is kept, whatever rounding makes of their pivots
-        scale *= 1 + TIE * np.arange(n - p)
-        tail, order, rank, _ = lapack.dpstrf(schur / np.outer(scale, scale), tol=pivot, lower=1)
-        rank = np.count_nonzero(np.diagonal(tail)[:rank] ** 2 > pivot)  # LAPACK takes the first pivot untested
-        kept = order[:rank] - 1
-        tail = np.tril(tail[:rank, :rank]) * scale[kept][:, None]
+        tail, kept = independent(schur, scale, pivot)
     m = p + len(kept)
     factor = np.zeros((m, m), order="F")
     factor[:p, :p], factor[p:, :p], factor[p:, p:] = L, border[:, kept].T, tail
     return factor, np.concatenate([np.arange(p), p + kept])
+
+
+def independent(W: Floats, scale: Floats, pivot: float) -> tuple[Floats, Ints]:
+    """The lower Cholesky factor of independent rows of a semidefinite W (n, n), and these rows, by complete pivoting.
+
+    Where a pivot, over `scale`² (n) of its row, is below `pivot`, the rest depends on them.
+    """
+    # of equal rows the first is kept, whatever rounding makes of their pivots
+    scale = np.where(scale == 0, 1.0, scale) * (1 + TIE * np.arange(len(W)))
+    L, order, rank, _ = lapack.dpstrf(W / np.outer(scale, scale), tol=pivot, lower=1)
+    rank = np.count_nonzero(np.diagonal(L)[:rank] ** 2 > pivot)  # LAPACK takes the first pivot untested
+    rows = order[:rank] - 1
+    return np.tril(L[:rank, :rank]) * scale[rows][:, None], rows

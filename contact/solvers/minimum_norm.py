@@ -9,7 +9,7 @@ from scipy.linalg import cho_solve
 
 from contact.solvers import status
 from contact.solvers.certificate import length
-from contact.solvers.columns import EPSILON, FormedColumns, extend
+from contact.solvers.columns import EPSILON, FormedColumns, independent
 from contact.solvers.floating import BALANCED, Modes
 from contact.solvers.problem import (
     SOLVED,
@@ -21,6 +21,8 @@ from contact.solvers.problem import (
     Method,
     Solution,
 )
+
+SMALL = 1e-12  # a force below this part of √Σλ² is rounding
 
 
 def minimum_norm(method: Method) -> Method:
@@ -67,15 +69,14 @@ def least(problem: ContactProblem, found: Solution) -> Solution:
     size = float(np.linalg.norm(found.lam))
     forces = found.lam[closed] / size
     forces = forces - N @ (N.T @ forces)
-    small = EPSILON * len(closed)
-    if forces.min() < -small:
+    if forces.min() < -SMALL:
         try:
             mu = status.solve(ContactProblem(DenseDelassus(N @ N.T), forces)).lam
         except InfeasibleError:  # but λ* is there: rounding
             raise ContactNotConvergedError("the least forces are not found", found.iterations, np.inf) from None
         forces = np.where(mu > 0, 0.0, forces + N @ (N.T @ mu))
     lam = found.lam.copy()  # a method that stops inside λ > 0 leaves rounding on open rows
-    lam[closed] = size * np.where((forces > small) | ~N.any(axis=1), forces, 0.0)
+    lam[closed] = size * np.where((forces > SMALL) | ~N.any(axis=1), forces, 0.0)
 
     motion, unbalanced = columns.product(lam - found.lam), Q.T @ (lam - found.lam) / size
     wrong = SOLVED * float(np.abs(motion).max()) / closing, float(np.abs(unbalanced).max(initial=0.0))
@@ -91,14 +92,15 @@ def _idle(W: Floats, pivot: float, Q: Floats) -> Floats:
     which the methods decide what is dependent. Of these forces the ones count that change the balance by less than the
     part of it, 1e-10, up to which a load is balanced.
     """
-    L, independent = extend(np.empty((0, 0)), W, pivot)
-    dependent = np.setdiff1d(np.arange(len(W)), independent)
+    # Pivots in a given order may be rounding above `pivot` where those before them are small.
+    L, kept = independent(W, np.sqrt(np.abs(np.diagonal(W))), pivot)
+    dependent = np.setdiff1d(np.arange(len(W)), kept)
     N = np.zeros((len(W), len(dependent)))
     N[dependent, np.arange(len(dependent))] = 1.0
-    if len(independent) and len(dependent):
-        combination = cho_solve((L, True), W[np.ix_(independent, dependent)])
+    if len(kept) and len(dependent):
+        combination = cho_solve((L, True), W[np.ix_(kept, dependent)])
         # a row that has no part in a combination must not see its rounding
-        N[independent] = -np.where(np.abs(combination) < 4 * EPSILON, 0.0, combination)
+        N[kept] = -np.where(np.abs(combination) < 4 * EPSILON, 0.0, combination)
     N = np.linalg.qr(N)[0]
     if Q.size and N.size:
         _, S, Vt = np.linalg.svd(Q.T @ N)

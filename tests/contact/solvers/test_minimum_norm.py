@@ -7,6 +7,7 @@ from itertools import product
 import numpy as np
 import pytest
 from lcp_problems import CountingDelassus, dense, family, half_space
+from scipy.linalg import null_space
 
 from contact.solvers import (
     METHODS,
@@ -88,6 +89,25 @@ def test_against_all_supports(m):
         negative += plain.min() < -1e-3
         assert not solution.lam[~closed].any()
     assert negative >= 5
+
+
+def test_rows_that_nearly_depend_on_each_other():
+    """Six random rows in five dimensions, all closed; and two alike among six of small integers."""
+    for seed in range(200):
+        rng = np.random.default_rng(seed)
+        F, lam = rng.standard_normal((6, 5)), rng.random(6) + 1
+        found = least(dense(F @ F.T, -F @ (F.T @ lam)), Solution(lam, np.empty(0), np.zeros(6), 0)).lam
+        n = null_space(F.T, rcond=1e-12)[:, 0]
+        ends = -lam[n != 0] / n[n != 0]
+        z = np.clip(-n @ lam, ends[n[n != 0] > 0].max(initial=-np.inf), ends[n[n != 0] < 0].min(initial=np.inf))
+        np.testing.assert_allclose(found, lam + z * n, rtol=0, atol=1e-8 * lam.max())
+    for seed in range(1000, 1800):
+        rng = np.random.default_rng(seed)
+        F = rng.integers(-2, 3, (6, 4)) * rng.uniform(0.01, 1)
+        lam = np.where(rng.random(6) < 0.4, 0, rng.random(6))
+        F[4], lam[4] = F[1], 1.0
+        found = least(dense(F @ F.T, -F @ (F.T @ lam)), Solution(lam, np.empty(0), np.zeros(6), 0)).lam
+        np.testing.assert_allclose(found[1], found[4], rtol=0, atol=1e-8)
 
 
 @pytest.mark.parametrize("method", ON_W)
