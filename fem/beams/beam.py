@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from fem.beams import beam_kernels as kernels
 from fem.beams import nodal_kernels
 from fem.beams.beam_element import BeamData
-from fem.beams.beam_parts import BeamInertia, BeamLoads, ChainSpace, Drive, Line
+from fem.beams.beam_parts import BeamInertia, BeamLoads, ChainSpace, Drive, Line, unheld
 from fem.beams.chain import matrix_of
 from fem.integrators import Integrator, Static
 
@@ -92,20 +92,10 @@ class Beam:
         self._reach = float(radius.max()) or float(data.length.max())
         self._unit = np.tile(np.repeat([1.0, 1 / float(data.length.mean())], 3), n)
         self._least = _least(data)
-        if inertia is None:
-            self._check_held()
-
-    def _check_held(self) -> None:
-        """ValueError where no support resists some rigid motion of a static beam."""
-        arm = self.x - self.x.mean(axis=0)
-        modes = np.zeros((len(arm), 6, 6))
-        modes[:, :3, :3] = modes[:, 3:, 3:] = np.eye(3)
-        for i, e in enumerate(np.eye(3)):
-            modes[:, :3, 3 + i] = np.cross(e, arm) / self.size
-        held = np.linalg.matrix_rank(modes.reshape(-1, 6)[self.fixed], tol=1e-9) if self.fixed.any() else 0
-        if held < 6:
+        free = unheld(x, self.fixed, self.size) if inertia is None else 0
+        if free:
             raise ValueError(
-                f"body {self.name!r}: {6 - held} rigid motion(s) that no support holds; "
+                f"body {name!r}: {free} rigid motion(s) that no support holds; "
                 "add supports, or a density and an integrator in time"
             )
 
@@ -194,9 +184,20 @@ class Beam:
         self.load = load.ravel()
         if not (np.isfinite(d).all() and np.isfinite(self.load).all()):
             raise ValueError(f"body {self.name!r}: a support or load is not finite at t = {t:.6g}")
+        if self.inertia is not None and nodal_kernels.furthest(d)[0] > SHIFT * self._reach:
+            # In a step that is long against its motion a body has long slowed down before it gets there.
+            d = min((d, np.where(self.fixed.reshape(-1, 6), d, 0.0)), key=self._rest)
         self._shift(d)
         self._stress = stress
         self.renew()
+
+    def _rest(self, d: Floats) -> float:
+        """The size of the imbalance that increments d from the start of the step would leave."""
+        self._shift(d)
+        rest = float(np.linalg.norm(self.residual() * self._unit))
+        self.restore(self._history)
+        self._motion[:] = 0.0
+        return rest if np.isfinite(rest) else np.inf
 
     def _follow(self, drive: Drive, motion: Floats, d: Floats) -> None:
         """The increments that bring a node to its prescribed place."""

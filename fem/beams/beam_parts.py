@@ -138,3 +138,13 @@ class ChainSpace:
     def owned(self) -> int:
         """All of them."""
         return self.size
+
+
+def unheld(x: Floats, fixed: NDArray[np.bool_], size: float) -> int:
+    """How many rigid motions of nodes x (N, 3) none of the `fixed` unknowns (6 N) resists; `size` is the body's [m]."""
+    arm = x - x.mean(axis=0)
+    modes = np.zeros((len(arm), 6, 6))
+    modes[:, :3, :3] = modes[:, 3:, 3:] = np.eye(3)
+    for i, e in enumerate(np.eye(3)):
+        modes[:, :3, 3 + i] = np.cross(e, arm) / size
+    return 6 - int(np.linalg.matrix_rank(modes.reshape(-1, 6)[fixed], tol=1e-9)) if fixed.any() else 6

@@ -46,6 +46,14 @@ def test_short_steps_keep_their_digits(dt):
         np.testing.assert_allclose(rod.v, np.tile(velocity, (9, 1)), rtol=0, atol=1e-15)
 
 
+def test_where_a_long_step_begins():
+    """Velocities lead a beam in flight however far it goes, but one that is held does not get there."""
+    for drives, moved in (([], 1e3), ([Drive(0)], 0.0)):
+        with beam(drives=drives, dynamic={"velocity": (0.0, 1.0, 0.0)}) as rod:
+            rod.begin(1e3, ImplicitEuler(1e3))
+            np.testing.assert_allclose(rod.displacement, np.tile([0.0, moved, 0.0], (9, 1)), atol=1e-9)
+
+
 def test_free_fall_under_a_line_load():
     """The centre of mass falls exactly; the load's moments at the free ends, qℓ²/12, bend the beam with ℓ²."""
     dt, deviation = 0.01, []
