@@ -66,25 +66,24 @@ def certify(
 ) -> Certificate:
     """The certificate of the system's present state with forces `lam` on all constraints. Collective.
 
-    `lin` is the linearisation that was solved, `present` the one about the present state, along whose normals the
-    forces act; it may be left out where constraints do not follow the motion.
-    `free_gaps` are δ_f on all constraints. W_ii = 0 (rigid bodies only) is replaced by ℓ / max λ, so that a force on an
-    open gap shows there too; where a method never formed W_ii, the whole gap counts.
+    `lin` is the linearisation that was solved, on whose rows alone there are forces; `present` the one about the
+    present state, along whose normals they act, which may be left out where constraints do not follow the motion.
+    `free_gaps` are δ_f on those rows. W_ii = 0 (rigid bodies only) is replaced by ℓ / max λ, so that a force on an open
+    gap shows there too; where a method never formed W_ii, the whole gap counts.
     """
     present = present or lin
-    gaps, movable = system.gaps(), lin.movable
-    lowest, least_free = (float(values[movable].min(initial=0.0)) for values in (gaps, free_gaps))
-    active = np.flatnonzero(lam * movable)  # a force below zero is an error, not an open contact
-    delta, forces, surface_error = gaps[active], lam[active], 0.0
+    gaps, forces = system.gaps(), lam[lin.rows]
+    active = np.flatnonzero(forces)  # a force below zero is an error, not an open contact
+    forces, delta, surface_error = forces[active], gaps[lin.rows[active]], 0.0
+    lowest, least_free = float(gaps[lin.movable].min(initial=0.0)), float(free_gaps.min(initial=0.0))
     moved = float(np.abs(delta - free_gaps[active]).max(initial=0.0))
     length = max(-lowest, -least_free, moved, ROUNDING * system.size)
     complementarity, sizes = -lowest, present.length
     if active.size:
-        W_ii = lin.W.diagonal(np.searchsorted(lin.rows, active))
-        pull = np.maximum(W_ii, length / np.abs(forces).max()) * forces
+        pull = np.maximum(lin.W.diagonal(active), length / np.abs(forces).max()) * forces
         complementarity = max(complementarity, float(np.abs(np.minimum(pull, delta)).max()))
         # A method that stops inside λ > 0 leaves forces of round-off on open gaps; complementarity counts those.
-        errors = np.abs(delta / (sizes[active] if sizes.ndim else sizes))
+        errors = np.abs(delta / (sizes[lin.rows[active]] if sizes.ndim else sizes))
         surface_error = float(errors[np.abs(pull) > LOADED * length].max(initial=0.0))
     equilibrium = max((b.imbalance(present.free[b].apply_transpose(lam)) for b in system.bodies), default=0.0)
     penetration = -float((gaps / sizes).min(initial=0.0))

@@ -25,22 +25,26 @@ class _Phase:
         self._clock, self._name = clock, name
 
     def __enter__(self) -> None:
-        self._clock.enter(self._name)
+        clock = self._clock
+        clock.charge()
+        clock.running.append(self._name)
 
     def __exit__(self, *error: object) -> None:
-        self._clock.leave()
+        clock = self._clock
+        clock.charge()
+        clock.running.pop()
 
 
 class Clock:
     """Adds up the time spent in each phase; a phase inside another interrupts it, so that their sum is the whole.
 
-    `now` tells the time [s]: that on the wall, if it is not given.
+    `now` tells the time [s]: that on the wall, if it is not given. `running` are the phases begun, the last one last.
     """
 
     def __init__(self, now: Callable[[], float] | None = None) -> None:
         self.seconds = dict.fromkeys(PHASES, 0.0)
+        self.running: list[str] = []
         self._phases = {phase: _Phase(self, phase) for phase in PHASES}
-        self._running: list[str] = []
         self._now = now or perf_counter
         self._since = self._start = self._now()
 
@@ -48,20 +52,11 @@ class Clock:
         """Count the time of the ``with`` block as `phase`."""
         return self._phases[phase]
 
-    def enter(self, phase: str) -> None:
-        """A phase begins."""
-        self._charge()
-        self._running.append(phase)
-
-    def leave(self) -> None:
-        """The last one that began ends."""
-        self._charge()
-        self._running.pop()
-
-    def _charge(self) -> None:
+    def charge(self) -> None:
+        """Add the time since the last call to the phase that is running."""
         now = self._now()
-        if self._running:
-            self.seconds[self._running[-1]] += now - self._since
+        if self.running:
+            self.seconds[self.running[-1]] += now - self._since
         self._since = now
 
     def lap(self) -> dict[str, float]:

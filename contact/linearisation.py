@@ -139,6 +139,8 @@ class Linearisation:
 
 def join_rows(body: Body, parts: list[Constraints]) -> Rows:
     """The rows of all parts on one body."""
+    if len(parts) == 1 and body in parts[0].H:
+        return parts[0].H[body]
     given = [part.H.get(body) for part in parts]
     sample = next((rows for rows in given if rows is not None), None)
     if sample is None:

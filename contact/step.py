@@ -76,7 +76,7 @@ def step(
         corrected = system.detect()
 
         iterations += solution.iterations
-        certificate = certify(system, contacts, lam, contacts.full(problem.q, np.inf), corrected)
+        certificate = certify(system, contacts, lam, problem.q, corrected)
         if certificate.within(tolerances):
             if wall := system.crossed():
                 raise ContactNotConvergedError(f"a point of {wall!r} passes through a wall", iterations, np.inf)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any, Self
 
 import numpy as np
@@ -212,22 +211,17 @@ class Beam:
 
         The prediction stretches the beam: its geometric stiffness is better taken from the stress before it.
         """
-        inertia = self.inertia
+        inertia, data = self.inertia, self.data
         assert inertia is not None
-        b, data = inertia.rayleigh[1], self.data
         self._J = nodal_kernels.spatial_inertia(self.R, inertia.rotary)
-        gamma, psi = kernels.strains(self.edges, self.R)
-        stress = np.hstack([data.axial * (gamma - data.chord), data.bending * (psi - data.twist)])
-        if b:
+        rate: float = inertia.rayleigh[1] * integrator.damping
+        stress, chord, twist = kernels.rest_in_motion(
+            self.edges, self.R, data.chord, data.twist, data.axial, data.bending, rate
+        )
+        if rate:
             # b K v as a stress of the rate of strain: (1 + b/dt) C (γ − γ₀'), with γ₀' between γ₀ and γ_n.
-            rate = b * integrator.damping
-            self._damped = replace(
-                data,
-                chord=(data.chord + rate * gamma) / (1 + rate),
-                twist=(data.twist + rate * psi) / (1 + rate),
-                axial=(1 + rate) * data.axial,
-                bending=(1 + rate) * data.bending,
-            )
+            axial, bending = (1 + rate) * data.axial, (1 + rate) * data.bending
+            self._damped = BeamData(data.length, chord, twist, axial, bending)
             self._least = _least(self._damped)
         return stress
 

@@ -283,6 +283,23 @@ def strains(edges: Floats, R: Floats) -> tuple[Floats, Floats]:
 
 
 @njit(cache=True, error_model="numpy")
+def rest_in_motion(
+    edges: Floats, R: Floats, chord: Floats, twist: Floats, axial: Floats, bending: Floats, rate: float
+) -> tuple[Floats, Floats, Floats]:
+    """D₁(γ − γ₀) and D₂(ψ − ψ₀), (N − 1, 6), and (γ₀ + rγ)/(1 + r), (ψ₀ + rψ)/(1 + r), (N − 1, 3), r = `rate`."""
+    stress = np.empty((len(edges), 6))
+    gamma, psi = strains(edges, R)
+    share = 1.0 / (1.0 + rate)
+    for i in range(len(edges)):
+        for k in range(3):
+            stress[i, k] = axial[i, k] * (gamma[i, k] - chord[i, k])
+            stress[i, 3 + k] = bending[i, k] * (psi[i, k] - twist[i, k])
+            gamma[i, k] = share * (chord[i, k] + rate * gamma[i, k])
+            psi[i, k] = share * (twist[i, k] + rate * psi[i, k])
+    return stress, gamma, psi
+
+
+@njit(cache=True, error_model="numpy")
 def extrapolated_stress(
     edges: Floats, R: Floats, chord: Floats, twist: Floats, axial: Floats, bending: Floats, d: Floats
 ) -> Floats:

@@ -38,7 +38,7 @@ def _certify(pressed: tuple[System, StepResult], lam: np.ndarray, u: np.ndarray 
         body.u = found + body.space.local(u)
     lin = result.linearisation
     free_gaps = result.gap - lin.W.columns(np.arange(lin.W.size)) @ result.lam
-    certificate = certify(system, lin, lam, free_gaps)
+    certificate = certify(system, lin, lam, free_gaps[lin.rows])
     body.u = found
     return certificate
 

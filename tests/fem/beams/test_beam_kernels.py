@@ -33,6 +33,17 @@ def test_assembly_is_the_oracle(angle):
         np.testing.assert_allclose(found, exact, atol=1e-14)
 
 
+def test_rest_in_motion():
+    """The stress, and the rest shape between its own and the present one."""
+    edges, R, data = random_chain(7, 0.8, seed=4)
+    gamma, psi = strains(edges, R)
+    stress, chord, twist = kernels.rest_in_motion(*arguments(edges, R, data), 3.0)
+    expected = np.hstack([data.axial * (gamma - data.chord), data.bending * (psi - data.twist)])
+    np.testing.assert_allclose(stress, expected, atol=1e-13)
+    np.testing.assert_allclose(chord, 0.25 * data.chord + 0.75 * gamma, atol=1e-14)
+    np.testing.assert_allclose(twist, 0.25 * data.twist + 0.75 * psi, atol=1e-14)
+
+
 @pytest.mark.parametrize("angle", [0.0, 0.3, 0.49, 0.51, 1.5, 2.8])
 def test_extrapolated_stress_is_linear(angle):
     """What the stress of a motion by ε d, less that without, tends to over ε: by central differences."""
