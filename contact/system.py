@@ -148,6 +148,7 @@ class System:
             ]
             self._linearisation = self._linearise(self._detected)
             self._linearisation.base, self._linearisation.coupling = self._base, self._coupling
+            self._linearisation.brace = self._brace
             return self._linearisation
 
     def relinearise(

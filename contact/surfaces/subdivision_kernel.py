@@ -19,6 +19,7 @@ I, J, K = np.array(QUARTIC).T.copy()
 FACTORIAL = np.array([1.0, 1.0, 2.0, 6.0, 24.0])
 ITERATIONS = 60
 SETTLED = 1e-12  # of an edge: the last step of Newton's method, which leaves less than its square
+SADDLE = 1e-4  # where the distance falls along the surface by more, of what it rises on a plane, is no closest point
 
 
 @njit(cache=True, error_model="numpy")
@@ -143,12 +144,14 @@ def descend(
     """The closest point to x from (p, v, w) on: patch, v, w, squared distance, and 1 where it is on the rim.
 
     Newton's method on |x − S|²/2, with the first fundamental form where its Hessian is not positive, and halved steps
-    where the distance would grow. S (6, 3) is that of the result; b and c (15, 3) are room.
+    where the distance would grow. Where it ends on a saddle, opposite the nearest point of a tube, it goes on down its
+    steepest side. S (6, 3) is that of the result; b and c (15, 3) are room.
     """
     e = np.empty(3)
     old_p, old_v, old_w, old = p, v, w, np.inf
     dv = dw = 0.0
     at_p, at_level, at_quarter, rim, beyond, stale = -1, -1, -1, -1, 0, True
+    falling, down_v, down_w = 0.0, 0.0, 0.0
     for _ in range(ITERATIONS):
         level, quarter, lv, lw, rate = quarter_of(patches, p, v, w)
         if p != at_p or level != at_level or quarter != at_quarter:
@@ -171,8 +174,13 @@ def descend(
             Hvv = Gvv - (r0 * S[3, 0] + r1 * S[3, 1] + r2 * S[3, 2])
             Hvw = Gvw - (r0 * S[4, 0] + r1 * S[4, 1] + r2 * S[4, 2])
             Hww = Gww - (r0 * S[5, 0] + r1 * S[5, 1] + r2 * S[5, 2])
-            det = Hvv * Hww - Hvw * Hvw
-            if not (det > 1e-3 * (Gvv * Gww - Gvw * Gvw) and Hvv > 0.0):
+            det, area, falling = Hvv * Hww - Hvw * Hvw, Gvv * Gww - Gvw * Gvw, 0.0
+            if not (det > 1e-3 * area and Hvv > 0.0):
+                # The least of the eigenvalues of H e = μ G e, and its e
+                both = 0.5 * (Hvv * Gww + Hww * Gvv) - Hvw * Gvw
+                falling = (both - np.sqrt(max(both * both - area * det, 0.0))) / area
+                a, m, d = Hvv - falling * Gvv, Hvw - falling * Gvw, Hww - falling * Gww
+                down_v, down_w = (m, -a) if abs(a) > abs(d) else (d, -m)
                 Hvv, Hvw, Hww = Gvv, Gvw, Gww
                 det = Hvv * Hww - Hvw * Hvw
             dv, dw = (Hww * gv - Hvw * gw) / det, (Hvv * gw - Hvw * gv) / det
@@ -187,7 +195,10 @@ def descend(
                     along = (ev * gv + ew * gw) / bent
                     dv, dw = along * ev, along * ew
             if Gvv * dv * dv + 2.0 * Gvw * dv * dw + Gww * dw * dw <= (SETTLED * edge) ** 2:
-                break
+                if beyond or falling >= -SADDLE:
+                    break
+                largest = max(abs(down_v), abs(down_w))
+                dv, dw = (0.1 * down_v / largest, 0.1 * down_w / largest) if largest > 0.0 else (0.1, 0.0)
             longest = max(abs(dv), abs(dw))
             if longest > 1.0:
                 dv, dw = dv / longest, dw / longest

@@ -221,6 +221,19 @@ def test_feet_are_followed_from_patch_to_patch() -> None:
     assert (turn / step).max() < 3.5  # the tube's curvature is 1 at its wall, 1.25 here; that of single patches is more
 
 
+@pytest.mark.parametrize("bend", [np.inf, 6.0])
+def test_a_point_that_crosses_the_axis_leaves_the_wall_behind(bend: float) -> None:
+    """In a plane of symmetry the distance stays stationary on the wall behind, which is the nearest no more."""
+    s = surface(*tube(8, bend))
+    for rho in (0.8, 0.3, -0.2, -0.7):
+        x = np.array([[rho, 0.0, 0.0]])
+        if rho == 0.8:
+            patch, at = s.search(x)
+        foot, _, _ = s.closest(x, patch, at)
+        np.testing.assert_allclose(foot.distance, s.nearest(x).distance, atol=1e-10)
+        assert abs(foot.distance[0] - (1 - abs(rho))) < 0.02
+
+
 def test_beyond_the_rim_is_no_contact() -> None:
     s = surface(*tube(8))
     x = np.array([[0.9, 1.95, 0.0], [0.9, 2.2, 0.0], [1.1, -2.3, 0.0]])
