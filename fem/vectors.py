@@ -90,3 +90,33 @@ def minus_spin(A: Matrix, a: Vector) -> Matrix:
 def scaled(f: float, A: Matrix) -> Matrix:
     """f A."""
     return times(f, A[0]), times(f, A[1]), times(f, A[2])
+
+
+@njit(cache=True, error_model="numpy")
+def summed(f: float, A: Matrix, g: float, B: Matrix) -> Matrix:
+    """f A + g B."""
+    return add(times(f, A[0]), times(g, B[0])), add(times(f, A[1]), times(g, B[1])), add(times(f, A[2]), times(g, B[2]))
+
+
+@njit(cache=True, error_model="numpy")
+def symmetric(A: Matrix) -> Matrix:
+    """A + Aᵀ."""
+    return summed(1.0, A, 1.0, transposed(A))
+
+
+@njit(cache=True, error_model="numpy")
+def put(blocks: Floats, i: int, j: int, k: int, A: Matrix) -> None:
+    """Write A into the matrix blocks[i], its corner at (j, k)."""
+    blocks[i, j, k], blocks[i, j, k + 1], blocks[i, j, k + 2] = A[0]
+    blocks[i, j + 1, k], blocks[i, j + 1, k + 1], blocks[i, j + 1, k + 2] = A[1]
+    blocks[i, j + 2, k], blocks[i, j + 2, k + 1], blocks[i, j + 2, k + 2] = A[2]
+
+
+@njit(cache=True, error_model="numpy")
+def at(blocks: Floats, i: int, j: int, k: int) -> Matrix:
+    """The matrix in blocks[i] whose corner is at (j, k)."""
+    return (
+        (blocks[i, j, k], blocks[i, j, k + 1], blocks[i, j, k + 2]),
+        (blocks[i, j + 1, k], blocks[i, j + 1, k + 1], blocks[i, j + 1, k + 2]),
+        (blocks[i, j + 2, k], blocks[i, j + 2, k + 1], blocks[i, j + 2, k + 2]),
+    )

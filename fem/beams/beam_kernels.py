@@ -22,14 +22,18 @@ from fem.vectors import (
     Matrix,
     Vector,
     add,
+    at,
     column,
     combined,
     cross,
     dot,
     minus_spin,
+    put,
     rows_cross,
     scaled,
     spatial,
+    summed,
+    symmetric,
     times,
     transposed,
 )
@@ -185,21 +189,20 @@ def assemble_forces(
 @njit(cache=True, error_model="numpy")
 def assemble_blocks(
     edges: Floats, R: Floats, chord: Floats, twist: Floats, axial: Floats, bending: Floats, stress: Floats | None = None
-) -> tuple[Floats, Floats, Floats]:
-    """Tangent and forces in one sweep; parameters as for `assemble_forces`.
+) -> tuple[Floats, Floats]:
+    """The tangent; parameters as for `assemble_forces`.
 
     Parameters
     ----------
-    stress : (N − 1, 6) forces D₁(γ − γ₀) [N] and moments D₂(ψ − ψ₀) [N m] in the element's frame to form both with,
+    stress : (N − 1, 6) forces D₁(γ − γ₀) [N] and moments D₂(ψ − ψ₀) [N m] in the element's frame to form it with,
         instead of those of the configuration
 
     Returns
     -------
     diagonal, upper : (N, 6, 6) and (N − 1, 6, 6), the sum of `beam_element.stiffness`: K's blocks (i, i) and (i, i + 1)
-    f : (N, 6) as from `assemble_forces`
     """
     n = len(R)
-    diagonal, upper, f = np.zeros((n, 6, 6)), np.empty((n - 1, 6, 6)), np.zeros((n, 6))
+    diagonal, upper = np.zeros((n, 6, 6)), np.empty((n - 1, 6, 6))
     for i in range(n - 1):
         s, w, angles, e1, e2, e3 = _frame(R, i)
         c = (edges[i, 0], edges[i, 1], edges[i, 2])
@@ -218,7 +221,6 @@ def assemble_blocks(
         ds, dr, dq = _rates(t, s, r, q, w)
         turn = cross(psi, L)
         P = combined(q, turn, s, M, r * psi_M, psi)
-        _add_forces(f, i, N, L, P)
 
         D1, D2 = spatial(axial, i, e1, e2, e3), spatial(bending, i, e1, e2, e3)
         E, F, V = _second_derivatives(D1, D2, force, c, psi)
@@ -244,30 +246,36 @@ def assemble_blocks(
         p = add(combined(dq + q * r, turn, ds + r * s, M, along, psi), times(2.0 * s * r, Y))
         isotropic = r * s * psi_M
 
-        for a in range(3):
-            for b in range(3):
-                aa = 0.125 * (AA[a][b] + AA[b][a])
-                ad = 0.25 * (DA[b][a] - q * AAz[a][b]) + 0.5 * SFc[b][a]
-                da = 0.25 * (DA[a][b] - q * AAz[b][a]) + 0.5 * SFc[a][b]
-                dd = s * s * V[a][b] + 0.5 * (p[a] * psi[b] + p[b] * psi[a])
-                dd -= 0.5 * q * (DAz[a][b] + DAz[b][a]) + q * (SFcz[a][b] + SFcz[b][a])
-                if a == b:
-                    dd += isotropic
-                ud = FS[a][b] - q * Gz[a][b]
-                uu, minus, plus = E[a][b], 0.5 * G[a][b] - ud, 0.5 * G[a][b] + ud
-                diagonal[i, a, b] += uu
-                diagonal[i + 1, a, b] += uu
-                upper[i, a, b] = -uu
-                diagonal[i, a, 3 + b] -= minus
-                diagonal[i, 3 + b, a] -= minus
-                diagonal[i + 1, a, 3 + b] += plus
-                diagonal[i + 1, 3 + b, a] += plus
-                upper[i, a, 3 + b] = -plus
-                upper[i, 3 + b, a] = minus
-                diagonal[i, 3 + a, 3 + b] += aa - ad - da + dd
-                diagonal[i + 1, 3 + a, 3 + b] += aa + ad + da + dd
-                upper[i, 3 + a, 3 + b] = aa + ad - da - dd
-    return diagonal, upper, f
+        bent = (times(0.5 * p[0], psi), times(0.5 * p[1], psi), times(0.5 * p[2], psi))
+        bent = summed(s * s, V, 1.0, symmetric(bent))
+        bent = summed(1.0, bent, -1.0, symmetric(summed(0.5 * q, DAz, q, SFcz)))
+        bent = (
+            add(bent[0], (isotropic, 0.0, 0.0)),
+            add(bent[1], (0.0, isotropic, 0.0)),
+            add(bent[2], (0.0, 0.0, isotropic)),
+        )
+        mixed = summed(0.25, transposed(DA), 0.5, transposed(SFc))
+        mixed = summed(1.0, mixed, -0.25 * q, AAz)
+        outer, both = summed(0.125, symmetric(AA), 1.0, bent), symmetric(mixed)
+        # on u of either end against the rotation of the first and the second node
+        ud = summed(1.0, FS, -q, Gz)
+        first, second = summed(0.5, G, -1.0, ud), summed(0.5, G, 1.0, ud)
+
+        # What the element before has left at its second node is there already.
+        put(diagonal, i, 0, 0, summed(1.0, at(diagonal, i, 0, 0), 1.0, E))
+        put(diagonal, i, 0, 3, summed(1.0, at(diagonal, i, 0, 3), -1.0, first))
+        put(diagonal, i, 3, 0, transposed(at(diagonal, i, 0, 3)))
+        put(diagonal, i, 3, 3, summed(1.0, at(diagonal, i, 3, 3), 1.0, summed(1.0, outer, -1.0, both)))
+        put(diagonal, i + 1, 0, 0, E)
+        put(diagonal, i + 1, 0, 3, second)
+        put(diagonal, i + 1, 3, 3, summed(1.0, outer, 1.0, both))
+        put(upper, i, 0, 0, scaled(-1.0, E))
+        put(upper, i, 0, 3, scaled(-1.0, second))
+        put(upper, i, 3, 0, transposed(first))
+        skew = summed(1.0, mixed, -1.0, transposed(mixed))
+        put(upper, i, 3, 3, summed(1.0, summed(0.125, symmetric(AA), -1.0, bent), 1.0, skew))
+    put(diagonal, n - 1, 3, 0, transposed(at(diagonal, n - 1, 0, 3)))
+    return diagonal, upper
 
 
 @njit(cache=True, error_model="numpy")

@@ -14,6 +14,22 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from fem.vectors import (
+    Matrix,
+    Vector,
+    add,
+    at,
+    column,
+    dot,
+    put,
+    rows_cross,
+    scaled,
+    summed,
+    symmetric,
+    times,
+    transposed,
+)
+
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
@@ -60,6 +76,21 @@ def point_rows(normals: Floats, R: Floats, element: Ints, xi: Floats, length: Fl
 
 
 @njit(cache=True)
+def _put_both(blocks: Floats, i: int, j: int, k: int, A: Matrix) -> None:
+    """Write A at (j, k) and Aᵀ at (k, j)."""
+    put(blocks, i, j, k, A)
+    put(blocks, i, k, j, transposed(A))
+
+
+@njit(cache=True)
+def _turned(t: Vector, n: Vector) -> Matrix:
+    """n·∂²t = sym(t nᵀ) − (n·t) I."""
+    along = dot(n, t)
+    A = symmetric((times(0.5 * t[0], n), times(0.5 * t[1], n), times(0.5 * t[2], n)))
+    return add(A[0], (-along, 0.0, 0.0)), add(A[1], (0.0, -along, 0.0)), add(A[2], (0.0, 0.0, -along))
+
+
+@njit(cache=True)
 def point_blocks(
     force: Floats, normals: Floats, curvature: Floats, R: Floats, element: Ints, xi: Floats, length: Floats
 ) -> Floats:
@@ -73,35 +104,24 @@ def point_blocks(
     normals, curvature : n = ∇g (q, 3) and ∇∇g (q, 3, 3) [1/m] at p
     """
     blocks = np.empty((len(xi), 12, 12))
-    J, CJ = np.zeros((3, 12)), np.empty((3, 12))
     for i in range(len(xi)):
-        e = element[i]
-        weights = _weights(xi[i], length[e])
-        for node in range(2):
-            on_x, on_t, first = weights[2 * node], weights[2 * node + 1], 6 * node
-            for k in range(3):
-                k1, k2 = (k + 1) % 3, (k + 2) % 3
-                J[k, first + k] = on_x
-                # −t^
-                J[k1, first + 3 + k2] = on_t * R[e + node, k, 0]
-                J[k2, first + 3 + k1] = -on_t * R[e + node, k, 0]
-        for b in range(12):
-            for a in range(3):
-                product = 0.0
-                for k in range(3):
-                    product += curvature[i, a, k] * J[k, b]
-                CJ[a, b] = -force[i] * product
-        for a in range(12):
-            for b in range(12):
-                blocks[i, a, b] = J[0, a] * CJ[0, b] + J[1, a] * CJ[1, b] + J[2, a] * CJ[2, b]
-        for node in range(2):
-            f, first = -force[i] * weights[2 * node + 1], 6 * node + 3
-            along = 0.0
-            for k in range(3):
-                along += normals[i, k] * R[e + node, k, 0]
-            for a in range(3):
-                for b in range(3):
-                    ta, tb = R[e + node, a, 0], R[e + node, b, 0]
-                    blocks[i, first + a, first + b] += 0.5 * f * (ta * normals[i, b] + tb * normals[i, a])
-                blocks[i, first + a, first + a] -= f * along
+        e, f = element[i], -force[i]
+        a, b, c, d = _weights(xi[i], length[e])
+        t1, t2, n = column(R, e, 0), column(R, e + 1, 0), (normals[i, 0], normals[i, 1], normals[i, 2])
+        # ∂p = [a I, −b t₁^, c I, −d t₂^]
+        C = scaled(f, at(curvature, i, 0, 0))
+        C1, C2 = rows_cross(C, t1), rows_cross(C, t2)
+        S11, S22 = rows_cross(transposed(C1), t1), rows_cross(transposed(C2), t2)
+        S12 = transposed(rows_cross(transposed(C2), t1))
+        put(blocks, i, 0, 0, scaled(a * a, C))
+        put(blocks, i, 6, 6, scaled(c * c, C))
+        put(blocks, i, 0, 6, scaled(a * c, C))
+        put(blocks, i, 6, 0, scaled(a * c, C))
+        _put_both(blocks, i, 0, 3, scaled(-a * b, C1))
+        _put_both(blocks, i, 0, 9, scaled(-a * d, C2))
+        _put_both(blocks, i, 6, 3, scaled(-c * b, C1))
+        _put_both(blocks, i, 6, 9, scaled(-c * d, C2))
+        _put_both(blocks, i, 3, 9, scaled(b * d, S12))
+        put(blocks, i, 3, 3, summed(b * b, S11, f * b, _turned(t1, n)))
+        put(blocks, i, 9, 9, summed(d * d, S22, f * d, _turned(t2, n)))
     return blocks

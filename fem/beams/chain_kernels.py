@@ -16,7 +16,10 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
+Six = tuple[float, float, float, float, float, float]
+
 DEFINITE, INDEFINITE = -1, -2
+ZERO = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @njit(cache=True)
@@ -70,7 +73,33 @@ def _invert(S: Floats, X: Floats) -> bool:
     return True
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath={"contract"}, forceinline=True)
+def _plus(six: Six, f: float, A: Floats, c: int) -> Six:
+    """Six numbers, and f times row c of A: they stay in registers."""
+    return (
+        six[0] + f * A[c, 0],
+        six[1] + f * A[c, 1],
+        six[2] + f * A[c, 2],
+        six[3] + f * A[c, 3],
+        six[4] + f * A[c, 4],
+        six[5] + f * A[c, 5],
+    )
+
+
+@njit(cache=True, fastmath={"contract"}, forceinline=True)
+def _along(A: Floats, a: int, x: Six) -> float:
+    """Row a of A times six numbers."""
+    product: float = A[a, 0] * x[0] + A[a, 1] * x[1] + A[a, 2] * x[2] + A[a, 3] * x[3] + A[a, 4] * x[4] + A[a, 5] * x[5]
+    return product
+
+
+@njit(cache=True, forceinline=True)
+def _put(A: Floats, a: int, six: Six) -> None:
+    """Six numbers into row a of A."""
+    A[a, 0], A[a, 1], A[a, 2], A[a, 3], A[a, 4], A[a, 5] = six
+
+
+@njit(cache=True, fastmath={"contract"}, forceinline=True)
 def _lower(S: Floats, L: Floats) -> bool:
     """L ← L⁻¹ of the Cholesky factor of S, lower; False where S is not positive definite."""
     for a in range(6):
@@ -81,20 +110,19 @@ def _lower(S: Floats, L: Floats) -> bool:
             if a == b:
                 if not total > 0.0:
                     return False
-                L[a, a] = np.sqrt(total)
+                L[a, a] = 1.0 / np.sqrt(total)
             else:
-                L[a, b] = total / L[b, b]
+                L[a, b] = total * L[b, b]
     for b in range(6):
-        L[b, b] = 1.0 / L[b, b]
         for a in range(b + 1, 6):
             total = 0.0
             for c in range(b, a):
                 total -= L[a, c] * L[c, b]
-            L[a, b] = total / L[a, a]
+            L[a, b] = total * L[a, a]
     return True
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath={"contract"})
 def factor(diagonal: Floats, upper: Floats, inverse: Floats, ratio: Floats) -> int:
     """Sᵢ⁻¹ (N, 6, 6) and Uᵢ (N − 1, 6, 6) into `inverse` and `ratio`.
 
@@ -109,32 +137,28 @@ def factor(diagonal: Floats, upper: Floats, inverse: Floats, ratio: Floats) -> i
         X = inverse[i]
         if _lower(S, L):
             for a in range(6):
-                for b in range(a, 6):
-                    total = 0.0
-                    for c in range(b, 6):
-                        total += L[c, a] * L[c, b]
-                    X[a, b] = X[b, a] = total
+                six = ZERO
+                for c in range(a, 6):
+                    six = _plus(six, L[c, a], L, c)
+                _put(X, a, six)
             if i == last:
                 break
             E, U, D = upper[i], ratio[i], diagonal[i + 1]
             for a in range(6):
-                for b in range(6):
-                    total = 0.0
-                    for c in range(a + 1):
-                        total += L[a, c] * E[c, b]
-                    Y[a, b] = total
+                six = ZERO
+                for c in range(a + 1):
+                    six = _plus(six, L[a, c], E, c)
+                _put(Y, a, six)
             for a in range(6):
-                for b in range(6):
-                    total = 0.0
-                    for c in range(a, 6):
-                        total += L[c, a] * Y[c, b]
-                    U[a, b] = total
+                six = ZERO
+                for c in range(a, 6):
+                    six = _plus(six, L[c, a], Y, c)
+                _put(U, a, six)
             for a in range(6):
-                for b in range(a, 6):
-                    total = D[a, b]
-                    for c in range(6):
-                        total -= Y[c, a] * Y[c, b]
-                    S[a, b] = S[b, a] = total
+                six = _plus(ZERO, 1.0, D, a)
+                for c in range(6):
+                    six = _plus(six, -Y[c, a], Y, c)
+                _put(S, a, six)
             continue
         verdict = INDEFINITE
         if not _invert(S, X):
@@ -143,11 +167,10 @@ def factor(diagonal: Floats, upper: Floats, inverse: Floats, ratio: Floats) -> i
             break
         E, U, D = upper[i], ratio[i], diagonal[i + 1]
         for a in range(6):
-            for b in range(6):
-                total = 0.0
-                for c in range(6):
-                    total += X[a, c] * E[c, b]
-                U[a, b] = total
+            six = ZERO
+            for c in range(6):
+                six = _plus(six, X[a, c], E, c)
+            _put(U, a, six)
         for a in range(6):
             for b in range(a, 6):
                 total = D[a, b]
@@ -157,63 +180,63 @@ def factor(diagonal: Floats, upper: Floats, inverse: Floats, ratio: Floats) -> i
     return verdict
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath={"contract"})
 def solve(inverse: Floats, ratio: Floats, fixed: Bools, B: Floats) -> Floats:
     """A⁻¹ B for k right-hand sides stored one after the other (k, 6 N), zero at fixed unknowns (6 N)."""
     N = len(inverse)
-    X, y = B.copy(), np.empty(6)
-    for x in X:
-        for i in range(6 * N):
-            if fixed[i]:
-                x[i] = 0.0
+    X = B.copy()
+    blocks = X.reshape(len(B), N, 6)
+    for j in range(len(B)):
+        rows = blocks[j]  # by its number, as an item of an iteration it is not known to be contiguous
+        for i in range(N):
+            for a in range(6):
+                if fixed[6 * i + a]:
+                    rows[i, a] = 0.0
+        six = _plus(ZERO, 1.0, rows, 0)
         for i in range(1, N):
-            U = ratio[i - 1]
-            for a in range(6):
-                total = 0.0
-                for c in range(6):
-                    total += U[c, a] * x[6 * i - 6 + c]
-                x[6 * i + a] -= total
+            U, above = ratio[i - 1], six
+            six = _plus(ZERO, 1.0, rows, i)
+            six = _plus(_plus(_plus(six, -above[0], U, 0), -above[1], U, 1), -above[2], U, 2)
+            six = _plus(_plus(_plus(six, -above[3], U, 3), -above[4], U, 4), -above[5], U, 5)
+            _put(rows, i, six)
         for i in range(N - 1, -1, -1):
-            S = inverse[i]
-            for a in range(6):
-                total = 0.0
-                for c in range(6):
-                    total += S[a, c] * x[6 * i + c]
-                y[a] = total
+            S, below = inverse[i], six
+            six = ZERO
+            for c in range(6):
+                six = _plus(six, rows[i, c], S, c)
             if i + 1 < N:
                 U = ratio[i]
-                for a in range(6):
-                    total = 0.0
-                    for c in range(6):
-                        total += U[a, c] * x[6 * i + 6 + c]
-                    y[a] -= total
-            for a in range(6):
-                x[6 * i + a] = y[a]
+                six = (
+                    six[0] - _along(U, 0, below),
+                    six[1] - _along(U, 1, below),
+                    six[2] - _along(U, 2, below),
+                    six[3] - _along(U, 3, below),
+                    six[4] - _along(U, 4, below),
+                    six[5] - _along(U, 5, below),
+                )
+            _put(rows, i, six)
     return X
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath={"contract"})
 def diagonal_of_inverse(inverse: Floats, ratio: Floats) -> Floats:
     """Zᵢ = (A⁻¹)ᵢᵢ, (N, 6, 6)."""
     N = len(inverse)
     Z = inverse.copy()
-    T = np.empty((6, 6))
+    T, V = np.empty((6, 6)), np.empty((6, 6))
     for i in range(N - 2, -1, -1):
-        U, below = ratio[i], Z[i + 1]
+        U = ratio[i]
         for a in range(6):
-            for b in range(6):
-                total = 0.0
-                for c in range(6):
-                    total += U[a, c] * below[c, b]
-                T[a, b] = total
+            six = ZERO
+            for c in range(6):
+                six = _plus(six, U[a, c], Z[i + 1], c)
+                V[c, a] = U[a, c]
+            _put(T, a, six)
         for a in range(6):
-            for b in range(a, 6):
-                total = 0.0
-                for c in range(6):
-                    total += T[a, c] * U[b, c]
-                Z[i, a, b] += total
-                if a != b:
-                    Z[i, b, a] += total
+            six = _plus(ZERO, 1.0, Z[i], a)
+            for c in range(6):
+                six = _plus(six, T[a, c], V, c)
+            _put(Z[i], a, six)
     return Z
 
 
