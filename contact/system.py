@@ -149,6 +149,8 @@ class System:
             self._linearisation = self._linearise(self._detected)
             self._linearisation.base, self._linearisation.coupling = self._base, self._coupling
             self._linearisation.brace = self._brace
+            if self._base is not None and len(self._base) == len(self._linearisation.offset):
+                self._linearisation.include(self._base > 0)  # what the free motion is with belongs to the problem
             return self._linearisation
 
     def relinearise(

@@ -13,6 +13,7 @@ from ranks import same_on_two_ranks
 
 import contact.devices.device_contact
 import contact.step
+import contact.system
 from contact.certificate import Tolerances
 from contact.clock import Clock
 from contact.devices.device_contact import DeviceContact
@@ -314,3 +315,21 @@ def test_a_step_far_too_large_is_divided():
     assert nearest(pair.surface, pair.accepted).distance.min() >= RADIUS * (1 - 1e-3)
     assert body.x[-1, 1] > 5e-3  # it followed the bend
     system.close()
+
+
+def test_constraints_with_force_stay_in_the_problem(monkeypatch):
+    """Whatever else the free motion meets: forces that it is with would be missing from the problem otherwise."""
+    problem, missing, met_more = contact.system.System.problem, [], []
+
+    def watched(system, lin, *given):
+        if lin.base is not None:
+            inside = np.isin(np.arange(len(lin.offset)), lin.rows)
+            missing.append(int(((lin.base > 0) & lin.met & ~inside).sum()))
+            met_more.append(bool(system.pairs[0]._meeting.any() and (lin.base > 0).any()))
+        return problem(system, lin, *given)
+
+    monkeypatch.setattr(contact.system.System, "problem", watched)
+    monkeypatch.setattr(DeviceContact, "close", 0.0)  # what a prediction lifts off is not near
+    run(pushed(0.5, 0.1, 25))[0].close()
+    assert any(met_more)
+    assert not any(missing)
