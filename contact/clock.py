@@ -59,6 +59,13 @@ class Clock:
             self.seconds[self.running[-1]] += now - self._since
         self._since = now
 
+    def share(self, seconds: list[float]) -> None:
+        """Charge parts of the time of the phase that is running to the phases, in their order."""
+        self.charge()
+        self.seconds[self.running[-1]] -= sum(seconds)
+        for phase, spent in zip(PHASES, seconds, strict=False):
+            self.seconds[phase] += spent
+
     def lap(self) -> dict[str, float]:
         """Seconds per phase and `total` (without output) since the last lap; starts anew."""
         now = self._now()

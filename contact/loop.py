@@ -58,6 +58,7 @@ def march(system: System, scene: Scene, sink: Sink, first: int = 0, start: Float
         after the sink got the state reached, marked as not converged.
     """
     solver, limits, solve = scene.solver, tolerances(scene), method(scene)
+    advance = system.advance or step
     size = scene.time.end / scene.time.steps
     for number in range(first, scene.time.steps):
         now, target = number * size, (number + 1) * size
@@ -69,7 +70,7 @@ def march(system: System, scene: Scene, sink: Sink, first: int = 0, start: Float
             span = target - now if last and not whole else dt  # free of round-off where a step is not divided
             try:
                 with system.clock("assemble"):
-                    result = step(system, t, span, solve, start, limits, solver.max_passes)
+                    result = advance(system, t, span, solve, start, limits, solver.max_passes)
             except (ContactNotConvergedError, InfeasibleError, ArithmeticError) as error:
                 infeasible = isinstance(error, InfeasibleError) and (system.linear or error.proven)
                 hopeless = infeasible or dt <= size / 2**solver.max_halvings
@@ -97,5 +98,5 @@ def _unfinished(system: System, number: int, t: float, dt: float, substeps: int)
     lam = np.zeros(len(contacts.offset))
     gap = system.gaps()
     certificate = certify(system, contacts, lam, gap[contacts.rows])
-    result = StepResult(lam, gap, contacts, system.problem(contacts), certificate, 0, 0, {})
+    result = StepResult(lam, gap, contacts, system.problem(contacts), contacts.rows, certificate, 0, 0, {})
     return AcceptedStep(number, t, dt, substeps, result, False, system.clock.lap())

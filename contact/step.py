@@ -23,13 +23,14 @@ CALM = 0.1  # a residual up to which a pass moves bodies little
 class StepResult:
     """What a step found: forces `lam` and true gaps `gap` on all constraints, and how it went.
 
-    `problem` is the contact problem of its last pass.
+    `problem` is the contact problem of its last pass, on the constraints `rows`.
     """
 
     lam: Floats
     gap: Floats
     linearisation: Linearisation
     problem: ContactProblem
+    rows: NDArray[np.int64]
     certificate: Certificate
     passes: int
     iterations: int
@@ -82,7 +83,9 @@ def step(
                 raise ContactNotConvergedError(f"a point of {wall!r} passes through a wall", iterations, np.inf)
             gap = system.gaps()
             system.accept()
-            return StepResult(lam, gap, corrected, problem, certificate, number, iterations, solution.details)
+            return StepResult(
+                lam, gap, corrected, problem, contacts.rows, certificate, number, iterations, solution.details
+            )
         deep = certificate.penetration > tolerances.penetration
         if deep and (wall := system.driven_into(corrected, tolerances.penetration)):
             raise InfeasibleError(f"a support puts a point of {wall!r} into the wall at t = {t:.6g}", proven=True)

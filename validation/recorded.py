@@ -36,17 +36,15 @@ REPEATS = 7  # at most, of one solve
 
 
 class Solves:
-    """In the place of `contact.step.solve` for a ``with``: the same; counts its calls, keeps the last problem."""
+    """In the place of `contact.step.solve` for a ``with``: the same, with somebody who watches."""
 
-    def __init__(self, watch: Callable[[ContactProblem, Floats | None], None] = lambda problem, start: None) -> None:
-        self._solve, self._watch, self.calls = STEP.solve, watch, 0
+    def __init__(self, watch: Callable[[ContactProblem, Floats | None], None]) -> None:
+        self._solve, self._watch = STEP.solve, watch
 
     def __call__(self, problem: ContactProblem, method: str, start: Floats | None, *rest: float) -> Solution:
         """`contact.solvers.solve`."""
-        self.calls += 1
         self._watch(problem, start)
         solution: Solution = self._solve(problem, method, start, *rest)
-        self.problem, self.solution = problem, solution
         return solution
 
     def __enter__(self) -> Solves:
@@ -124,6 +122,8 @@ def record(
 
     The scene has one beam, `limit` is in [s]. Returns why the run ended early, or "".
     """
+    plain = scene.solver.model_copy(update={"compiled": False})  # whose problems can be watched
+    scene = scene.model_copy(update={"solver": plain})
     count = min(scene.time.steps, steps or scene.time.steps)
     wanted = set((np.arange(1, problems + 1) * count // problems - 1).tolist())
     number = 0

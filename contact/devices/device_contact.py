@@ -49,9 +49,9 @@ class DeviceContact:
         self.count = len(places)
         self.places = self._points(body.start, body.start_frames)
         self.areas = np.zeros(self.count)
-        self._length = float(self.radius.max()) or body.size
-        self._nothing, self._outside, self._margin = np.zeros(self.count), -2 * self.radius, MARGIN * self.radius
-        self._first, self._close = 6 * self.elements, self.close * self.radius
+        self.length = float(self.radius.max()) or body.size
+        self._nothing, self._outside, self.margin = np.zeros(self.count), -2 * self.radius, MARGIN * self.radius
+        self.first, self.close_by = 6 * self.elements, self.close * self.radius
         self.accepted = self.at = self.places
         self.candidates = np.zeros(self.count, dtype=bool)
         self.known = np.zeros(self.count)  # what the gap of each point is at least where it was last looked at …
@@ -61,7 +61,7 @@ class DeviceContact:
         self.foot = Foot(np.zeros(self.count), self.places.copy(), normal, np.zeros((self.count, 3, 3)))
         self._followed = np.zeros(self.count, dtype=bool)  # whether `foot` is that of the last look
         self._look(np.ones(self.count, dtype=bool), self.radius)
-        self._start = self._bound()  # what gaps are at least where the last accepted state has the points
+        self.clear = self._bound()  # what gaps are at least where the last accepted state has the points
         self._searching, self._fresh = True, False
         self._meeting = np.zeros(self.count, dtype=bool)  # points that the free motion of the step has brought in
 
@@ -71,7 +71,7 @@ class DeviceContact:
 
     def start(self) -> None:
         """Refuse an interference deeper than declared."""
-        check_interference(self.name, self.known, self.interference, self._length)
+        check_interference(self.name, self.known, self.interference, self.length)
 
     def begin(self) -> None:
         """Before the first pass of a step: candidates are found anew."""
@@ -88,8 +88,8 @@ class DeviceContact:
         """Tangent planes at the candidates about the present state; None where they are those of the last call."""
         if self._searching:
             self.at = self._points(self.body.x, self.body.R)
-            self._look(self._bound() <= self._margin, self._margin)
-            self.candidates = self.known <= self._margin
+            self._look(self._bound() <= self.margin, self.margin)
+            self.candidates = self.known <= self.margin
         elif self._fresh:
             self.at = self._points(self.body.x, self.body.R)
             self._look(self.candidates | (self._bound() <= 0), self._nothing)
@@ -104,9 +104,9 @@ class DeviceContact:
         offset, normals, values = device_kernels.planes(
             self.candidates, self.at, self.foot, self.radius, self.body.R, self.elements, self.xi, self.body.data.length
         )
-        H = ElementRows(values, self._first, self.body.space.size)
-        close = self._meeting | (self.known <= self._close)
-        return Constraints({self.body: H}, offset, normals, self.places, self.areas, self._length, close)
+        H = ElementRows(values, self.first, self.body.space.size)
+        close = self._meeting | (self.known <= self.close_by)
+        return Constraints({self.body: H}, offset, normals, self.places, self.areas, self.length, close)
 
     def _meet(self) -> bool:
         """Make candidates of the points that the free motion could bring to the wall; whether there are any new ones.
@@ -133,7 +133,7 @@ class DeviceContact:
     def _first_met(self, rows: Ints, end: Floats) -> None:
         """Give points the planes where their ways from the last accepted state to `end` first meet the wall."""
         start, way = self.accepted[rows], end[rows] - self.accepted[rows]
-        s = first_root(self.surface, start, end[rows], 1e-3 * self._length)
+        s = first_root(self.surface, start, end[rows], 1e-3 * self.length)
         met = s > 0  # a point that starts in the wall, as its interference allows, keeps its closest plane
         point = start[met] + s[met, None] * way[met]
         gradient = self.surface.gradient(point)
@@ -176,7 +176,7 @@ class DeviceContact:
         """Take feet that were found; which were not, or changed the gaps of their points more than they can."""
         lost: Ints = device_kernels.settle(
             rows, x, found, self.radius, self.foot, self.known, self.seen, self._followed, self._drift,
-            1e-9 * self._length, 4 * self._length,
+            1e-9 * self.length, 4 * self.length,
         )  # fmt: skip
         return lost
 
@@ -205,17 +205,34 @@ class DeviceContact:
     def crossed(self) -> bool:
         """Whether the centreline went through the wall on the straight way from the last accepted state."""
         # On a way through the wall a point has left the balls about both ends that are clear of it.
-        clear = np.maximum(self._start + self.radius, 0.0) + np.maximum(self._bound() + self.radius, 0.0)
+        clear = np.maximum(self.clear + self.radius, 0.0) + np.maximum(self._bound() + self.radius, 0.0)
         rows = np.flatnonzero(device_kernels.ways(self.accepted, self.at) >= clear)
         if not rows.size:
             return False
-        tolerance = 1e-3 * self._length
+        tolerance = 1e-3 * self.length
         return bool((first_root(self.surface, self.accepted[rows], self.at[rows], tolerance) > 0).any())
 
     def accept(self) -> None:
         """Take the present state as the start of the next step's motion."""
         self.at = self.accepted = self._points(self.body.x, self.body.R)
-        self._start = self._bound()
+        self.clear = self._bound()
+
+    def sight(self) -> tuple[Floats, Floats, Floats, Bools]:
+        """What is known of the points: gaps, where they were then, how far the wall may have moved, who is followed."""
+        return self.known, self.seen, self._drift, self._followed
+
+    def adopt(
+        self,
+        sight: tuple[Floats, Floats, Floats, Bools],
+        foot: tuple[Floats, Floats, Floats, Floats],
+        candidates: Bools,
+        at: Floats,
+        clear: Floats,
+    ) -> None:
+        """Take over a step that was solved elsewhere: what is known of the points, which are where, and `_bound`."""
+        (self.known, self.seen, self._drift, self._followed), self.foot = sight, Foot(*foot)
+        self.candidates, self.at, self.accepted, self.clear = candidates, at, at, clear
+        self._searching = self._fresh = False
 
     def recorded(self) -> Recorded:
         """The candidates, each at the node next to it; where they touch is the wall's point."""

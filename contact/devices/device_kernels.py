@@ -80,8 +80,8 @@ def moved_along(rows: Ints, at: Floats, seen: Floats, foot: Foot) -> tuple[Float
 
 @njit(cache=True)
 def settle(
-    rows: Ints, x: Floats, found: Foot, radius: Floats, foot: Foot, known: Floats, seen: Floats, followed: Bools,
-    drift: Floats, slack: float, far: float,
+    rows: Ints, x: Floats, found: tuple[Floats, Floats, Floats, Floats], radius: Floats, foot: Foot, known: Floats,
+    seen: Floats, followed: Bools, drift: Floats, slack: float, far: float,
 ) -> Ints:  # fmt: skip
     """Write the feet found for some points at x into those of all, and their gaps d − a; follow those up to `far`.
 

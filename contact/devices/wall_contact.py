@@ -80,7 +80,7 @@ class WallContact(DeviceContact):
         directions = np.stack([tangents[:, 0], tangents[:, 1], -normal, -normal], axis=1).reshape(-1, 3)
         coupling = Coupling(
             {
-                beam: ElementRows(values, np.repeat(self._first[rows], 4), beam.space.size).without(beam.fixed),
+                beam: ElementRows(values, np.repeat(self.first[rows], 4), beam.space.size).without(beam.fixed),
                 wall: WallRows(wall, points, shares, directions).without(wall.fixed),
             },
             force[:, None, None] * forms,
@@ -103,7 +103,7 @@ class WallContact(DeviceContact):
         """Bring the surface to where the wall is; what was known about distances from it is less sure then."""
         if way := self.surface.follow(everywhere):
             self._drift += way
-            self._start -= way
+            self.clear -= way
 
     def _find(self, rows: Ints, x: Floats, guess: Floats | None) -> Ints:
         """The closest points of some points at x, on from their last patches; anew where there is no guess."""
@@ -128,7 +128,7 @@ class WallContact(DeviceContact):
     def _first_met(self, rows: Ints, end: Floats) -> None:
         """Give points the planes where their ways from the last accepted state to `end` first meet the wall."""
         start, way = self.accepted[rows], end[rows] - self.accepted[rows]
-        s = first_root(self.surface, start, end[rows], 1e-3 * self._length)
+        s = first_root(self.surface, start, end[rows], 1e-3 * self.length)
         met = s > 0  # a point that starts in the wall, as its interference allows, keeps its closest plane
         rows, x = rows[met], start[met] + s[met, None] * way[met]
         if rows.size:

@@ -87,7 +87,14 @@ def build(scene: Scene, comm: Any, folder: Path = Path(), clock: Clock | None = 
         for contact in scene.contacts:
             body = bodies[contact.body]
             body.redistribute(np.unique(body.facets(contact.tag)))
-    return System(comm, list(bodies.values()), pairs, clock, INTEGRATORS[scheme])
+    system = System(comm, list(bodies.values()), pairs, clock, INTEGRATORS[scheme])
+    if scene.solver.compiled:
+        if scene.solver.method != "status" or scene.solver.minimum_norm:
+            raise ValueError("solver.compiled = true: must be with method = 'status' and without minimum_norm")
+        from contact.devices.compiled_step import CompiledStep  # half a minute of compilation
+
+        system.advance = CompiledStep(system)
+    return system
 
 
 def _walls(scene: Scene) -> dict[str, dict[str, Any]]:

@@ -132,17 +132,22 @@ def _node(table: BeamTable, at: Any, rest: Centreline) -> int:
 def _drive(table: BeamTable, support: BeamSupportTable, rest: Centreline, start: Centreline) -> Drive:
     node = _node(table, support.at, rest)
     tangent = start.frames[node][:, 0]
-    push, twist = _function([support.push]), _function([support.twist])
-    shift = _function(support.displacement or [0.0] * 3)
-    turn = _function(support.rotation or [0.0] * 3)
-    still = not any((support.push, support.twist, support.displacement, support.rotation))
+    parts = []  # only what the support names is evaluated, in every step
+    for first, along, vector in ((0, support.push, support.displacement), (3, support.twist, support.rotation)):
+        if vector:
+            parts.append((slice(first, first + 3), _function(vector), 1.0))
+        if along:
+            parts.append((slice(first, first + 3), _function([along]), tangent))
 
     def motion(t: float) -> Floats:
+        value = np.zeros(6)
         with np.errstate(invalid="ignore"):  # a beam says what is not finite
-            return np.concatenate([shift(t) + push(t) * tangent, turn(t) + twist(t) * tangent])
+            for where, function, direction in parts:
+                value[where] += function(t) * direction
+        return value
 
     components = tuple(sorted(FREEDOMS.index(freedom) for freedom in set(support.hold)))
-    return Drive(node, components, None if still else motion)
+    return Drive(node, components, motion if parts else None)
 
 
 def _loads(
@@ -171,7 +176,9 @@ def _loads(
 
 
 def _sum(loads: list[Load]) -> Load | None:
-    return (lambda t: np.sum([load(t) for load in loads], axis=0)) if loads else None
+    if len(loads) < 2:
+        return loads[0] if loads else None
+    return lambda t: np.sum([load(t) for load in loads], axis=0)
 
 
 def _point(load: BeamLoadTable) -> Callable[[float], Floats]:

@@ -76,7 +76,7 @@ class Beam:
             self.fixed[6 * drive.node + np.array(drive.components, dtype=int)] = True
         self.modes = np.zeros((6 * n, 0))
         self.size = float(np.ptp(x, axis=0).max())
-        self._history: State = self._configuration()
+        self._history: State = self.configuration()
         # x − x_n; as a difference of positions it would lose the digits of short steps.
         self._motion = np.zeros_like(x)
         self._integrator: Integrator = Static()
@@ -86,11 +86,11 @@ class Beam:
         self._extra: list[tuple[Ints, Floats]] = []
         self._forces: tuple[Floats, Floats] | None = None
         self._fresh = self._factorised = False
-        self._matrix = matrix_of(self.fixed)
+        self.matrix = matrix_of(self.fixed)
         # Moments are measured against forces by an element's length.
-        self._reach = float(radius.max()) or float(data.length.max())
-        self._unit = np.tile(np.repeat([1.0, 1 / float(data.length.mean())], 3), n)
-        self._least = _least(data)
+        self.reach = float(radius.max()) or float(data.length.max())
+        self.unit = np.tile(np.repeat([1.0, 1 / float(data.length.mean())], 3), n)
+        self._least = least_force(data)
         free = unheld(x, self.fixed, self.size) if inertia is None else 0
         if free:
             raise ValueError(
@@ -103,24 +103,25 @@ class Beam:
     @property
     def A(self) -> Any:
         """The iteration matrix as a PETSc matrix."""
-        return self._matrix.A
+        return self.matrix.A
 
     @property
     def definite(self) -> bool:
         """Whether the factor has shown A to be positive definite."""
-        return self._matrix.definite
+        return self.matrix.definite
 
     @property
     def held(self) -> Bools:
         """The unknowns that A does not move."""
         return self.fixed
 
-    def _configuration(self) -> State:
+    def configuration(self) -> State:
+        """Nodes, frames, edges and velocities; whatever moves them makes new ones."""
         return self.x, self.R, self.edges, self.v, self.w
 
     def state(self) -> State:
         """What a rejected step must give back."""
-        return tuple(part.copy() for part in self._configuration())
+        return tuple(part.copy() for part in self.configuration())
 
     def restore(self, state: State) -> None:
         """Return to a `state`."""
@@ -183,7 +184,7 @@ class Beam:
         self.load = load.ravel()
         if not (np.isfinite(d).all() and np.isfinite(self.load).all()):
             raise ValueError(f"body {self.name!r}: a support or load is not finite at t = {t:.6g}")
-        if self.inertia is not None and nodal_kernels.furthest(d)[0] > SHIFT * self._reach:
+        if self.inertia is not None and nodal_kernels.furthest(d)[0] > SHIFT * self.reach:
             # In a step that is long against its motion a body has long slowed down before it gets there.
             d = min((d, np.where(self.fixed.reshape(-1, 6), d, 0.0)), key=self._rest)
         self._shift(d)
@@ -193,7 +194,7 @@ class Beam:
     def _rest(self, d: Floats) -> float:
         """The size of the imbalance that increments d from the start of the step would leave."""
         self._shift(d)
-        rest = float(np.linalg.norm(self.residual() * self._unit))
+        rest = float(np.linalg.norm(self.residual() * self.unit))
         self.restore(self._history)
         self._motion[:] = 0.0
         return rest if np.isfinite(rest) else np.inf
@@ -222,7 +223,7 @@ class Beam:
             # b K v as a stress of the rate of strain: (1 + b/dt) C (γ − γ₀'), with γ₀' between γ₀ and γ_n.
             axial, bending = (1 + rate) * data.axial, (1 + rate) * data.bending
             self._damped = BeamData(data.length, chord, twist, axial, bending)
-            self._least = _least(self._damped)
+            self._least = least_force(self._damped)
         return stress
 
     def renew(self, cautious: bool = False) -> None:
@@ -243,7 +244,7 @@ class Beam:
         if self._before is not None:
             edges, R, d = self._before
             stress = kernels.extrapolated_stress(edges, R, data.chord, data.twist, data.axial, data.bending, d)
-        diagonal, upper, _ = kernels.assemble_blocks(
+        diagonal, upper = kernels.assemble_blocks(
             self.edges, self.R, data.chord, data.twist, data.axial, data.bending, stress
         )
         if self.inertia is not None:
@@ -253,13 +254,13 @@ class Beam:
         for elements, blocks in self._extra:
             kernels.add_element_blocks(diagonal, upper, elements, blocks)
         self._extra = []
-        self._matrix.fill(diagonal, upper)
+        self.matrix.fill(diagonal, upper)
         self._fresh = True
 
     def factor(self) -> None:
         """Factorise A, if it is new."""
         if not self._factorised:
-            self._matrix.factor()
+            self.matrix.factor()
             self._factorised = True
 
     def free_motion(self, contact: Floats | None = None) -> None:
@@ -285,7 +286,7 @@ class Beam:
         """
         d = (self.u + increment).reshape(-1, 6)
         shift, turn = nodal_kernels.furthest(d)
-        d = d / max(turn / TURN, shift / (SHIFT * self._reach), 1.0)
+        d = d / max(turn / TURN, shift / (SHIFT * self.reach), 1.0)
         before = self.edges, self.R, d
         self._shift(d)
         self._before = before
@@ -305,6 +306,31 @@ class Beam:
         if self.inertia is not None:
             self.v = self._integrator.damping * self._motion
             self.w = self._integrator.damping * kernels.relative_rotations(self._history[1], self.R)
+
+    def adopt(
+        self,
+        integrator: Integrator,
+        load: Floats,
+        configuration: State,
+        motion: Floats,
+        strains: tuple[Floats, Floats, Floats, Floats],
+        matrix: tuple[Floats, Floats, Floats, Floats],
+    ) -> None:
+        """Take over a step from the present state that was solved elsewhere.
+
+        Parameters
+        ----------
+        load : at its end, (6 N)
+        configuration, motion : its end, and the increments of the positions, (N, 3)
+        strains : as of a `BeamData`, with damping in them
+        matrix : the last A, as `Chain.adopt` takes it
+        """
+        self._history, self._integrator, self.load, self._line = self.configuration(), integrator, load, None
+        self.x, self.R, self.edges, self.v, self.w = configuration
+        self._moved()
+        self._motion, self._damped = motion, BeamData(self.data.length, *strains)
+        self._least = least_force(self._damped)
+        self.matrix.adopt(*matrix)
 
     # --- forces ---------------------------------------------------------------------------------------------------
 
@@ -349,7 +375,7 @@ class Beam:
     def imbalance(self, contact: Floats) -> float:
         """‖f_int + inertia − f_ext − Hᵀλ‖ over the sum of the norms; moments count over an element's length."""
         inner, outer = self._balance()
-        norms = nodal_kernels.norms(inner, outer, contact, self.fixed, self._unit)
+        norms = nodal_kernels.norms(inner, outer, contact, self.fixed, self.unit)
         ratio = float(norms[0] / max(norms[1] + norms[2] + norms[3], self._least))
         return ratio if np.isfinite(ratio) else 1.0
 
@@ -371,15 +397,15 @@ class Beam:
 
     def solve(self, B: Floats) -> Floats:
         """X = A⁻¹ B, (6 N, k)."""
-        return self._matrix.solve(B)
+        return self.matrix.solve(B)
 
     def delassus(self, values: Floats, elements: Ints) -> Floats | None:
         """H A⁻¹ Hᵀ (c, c) for rows with entries (c, 12) on given elements, or None where only solves give it."""
-        return self._matrix.delassus(values, elements)
+        return self.matrix.delassus(values, elements)
 
     def close(self) -> None:
         """Destroy the matrix and its solver."""
-        self._matrix.close()
+        self.matrix.close()
 
     def __enter__(self) -> Self:
         return self
@@ -388,6 +414,6 @@ class Beam:
         self.close()
 
 
-def _least(data: BeamData) -> float:
+def least_force(data: BeamData) -> float:
     """The least force that an imbalance is measured by: 1e-8 of it is a strain of 1e-15, the round-off of strains."""
     return 1e-7 * float((data.axial[:, 0] * data.length).max())

@@ -54,7 +54,7 @@ class BeamLoads:
             f[:-1, :3] += half
             f[1:, :3] += half
         if self.gravity is not None:
-            f[:, :3] += np.outer(weights, self.gravity(t))
+            f[:, :3] += weights[:, None] * self.gravity(t)
         for node, value in self.points:
             f[node] += value(t)
         return f, line

@@ -44,6 +44,11 @@ class Chain:
         self._diagonal, self._upper = diagonal, upper
         self.__dict__.pop("A", None)
 
+    def adopt(self, diagonal: Floats, upper: Floats, inverse: Floats, ratio: Floats) -> None:
+        """Take over a matrix with the unit rows in it, and its factor."""
+        self._diagonal, self._upper, self._inverse, self._ratio = diagonal, upper, inverse, ratio
+        self.__dict__.pop("A", None)
+
     def factor(self) -> None:
         """Eliminate; ArithmeticError where the matrix is singular."""
         verdict = chain_kernels.factor(self._diagonal, self._upper, self._inverse, self._ratio)

@@ -36,7 +36,7 @@ from contact.scene.schema import Scene, read_scene  # noqa: E402
 from contact.solvers import METHODS, ContactProblem, DenseDelassus  # noqa: E402
 from contact.solvers.problem import Floats  # noqa: E402
 from contact.system import System  # noqa: E402
-from validation.recorded import Answer, Solves, answer, record, recorded, run  # noqa: E402
+from validation.recorded import Answer, answer, record, recorded, run  # noqa: E402
 
 CANDIDATES = 100
 EVERY = 10  # floors are timed of one step in so many: the caches are cold in the step after
@@ -75,7 +75,7 @@ class Floor:
         """Seconds of factor, columns and Cholesky with PETSc's factor and with the beam's own, (2, 3)."""
         active = np.flatnonzero(lam > 0)
         ((body, H),) = problem.W.H.items()
-        own = [seconds(body._matrix.factor), 0.0, 0.0]
+        own = [seconds(body.matrix.factor), 0.0, 0.0]
         factor = self._factored(body.A)
         if not len(active):
             return np.array([[factor, 0.0, 0.0], own])
@@ -110,30 +110,27 @@ def floor(scene: Scene, folder: Path, steps: int | None) -> None:
     """Print the median step, its parts and its floor."""
     measure, rows, floors, phases, sets = Floor(), [], [], [], []
 
-    with Solves() as solves:
+    def sink(system: System, accepted: AcceptedStep) -> None:
+        result = accepted.result
+        sets.append(np.flatnonzero(result.lam > 0))
+        candidates = len(result.linearisation.rows)
+        if accepted.number > 1 and accepted.converged and candidates >= CANDIDATES:  # the first ones compile kernels
+            if len(rows) % EVERY == 0:
+                floors.append(accepted.substeps * measure(result.problem, result.lam[result.rows]))
+            phases.append(accepted.seconds)
+            rows.append((result.passes, accepted.substeps, candidates, len(sets[-1])))
 
-        def sink(system: System, accepted: AcceptedStep) -> None:
-            result = accepted.result
-            calls, solves.calls = solves.calls, 0
-            sets.append(np.flatnonzero(result.lam > 0))
-            candidates = len(result.linearisation.rows)
-            if accepted.number and accepted.converged and candidates >= CANDIDATES:  # the first step compiles kernels
-                if len(rows) % EVERY == 0:
-                    floors.append(accepted.substeps * measure(solves.problem, solves.solution.lam))
-                phases.append(accepted.seconds)
-                rows.append((result.passes, calls, accepted.substeps, candidates, len(sets[-1])))
-
-        ended = run(scene, folder, steps, sink)[1]
+    ended = run(scene, folder, steps, sink)[1]
     if ended:
         print(f"the run ended early: {ended}")
     if not rows:
         raise SystemExit(f"no step has {CANDIDATES} candidates")
-    passes, calls, substeps, candidates, active = np.array(rows).T
+    passes, substeps, candidates, active = np.array(rows).T
     totals = np.array([phase["total"] for phase in phases])
     changes = np.mean([not np.array_equal(a, b) for a, b in pairwise(sets)])
-    print(f"steps with >= {CANDIDATES} candidates: {len(rows)} of {len(sets)} (but the first)")
-    names = ("passes", "all passes", "substeps", "candidates", "active")  # all: those of substeps given up too
-    for name, values in zip(names, (passes, calls, substeps, candidates, active), strict=True):
+    print(f"steps with >= {CANDIDATES} candidates: {len(rows)} of {len(sets)} (but the first two)")
+    names = ("passes", "substeps", "candidates", "active")
+    for name, values in zip(names, (passes, substeps, candidates, active), strict=True):
         middle, mean, most, last = np.median(values), values.mean(), values.max(), values[-1]
         print(f"{name:11} median {middle:g}, mean {mean:.2f}, most {most}, last {last}")
     print(f"the active set changes in {changes:.0%} of the steps")
@@ -147,7 +144,7 @@ def floor(scene: Scene, folder: Path, steps: int | None) -> None:
             f"floor by {name}: median {1e3 * np.median(values):.3f} ms (factor {factor:.3f}, columns {columns:.3f}, "
             f"Cholesky {cholesky:.3f}); step/floor: ratio of medians {np.median(totals) / np.median(values):.1f} "
             f"(target {RATIO:g}), median ratio {np.median(ratio):.1f}, "
-            f"a pass {np.median(ratio * (substeps / calls)[::EVERY]):.1f}"
+            f"a pass {np.median(ratio * (substeps / passes)[::EVERY]):.1f}"
         )
 
 
