@@ -76,7 +76,7 @@ class System:
         """
         integrator = self.integrator(dt)
         self._mixing = Mixing(self.comm, self.bodies)
-        self._coupling = self._brace = None
+        self._base = self._coupling = self._brace = None
         for body in self.bodies:
             body.begin(t, integrator)
         for pair in self.pairs:
@@ -341,6 +341,7 @@ class System:
     def adopt(self, lin: Linearisation) -> None:
         """Take over the last linearisation of a step that was solved elsewhere."""
         self._detected, self._linearisation = lin.constraints, lin
+        self._base = self._coupling = self._brace = None
 
     def accept(self) -> None:
         """Take the present state as the start of the next step."""

@@ -107,7 +107,7 @@ class CompiledStep:
         motion = np.array([follow(t) for follow in self._motions]).reshape(-1, 6)
         seconds = np.zeros(5)
         wanted = np.array([limits.complementarity, limits.equilibrium, limits.surface_error, limits.penetration])
-        counts, residuals, state, moved, sight, foot, looked, planes, forces, last, blocks, strains = kernel.advance(
+        counts, residuals, state, inertial, sight, foot, looked, planes, forces, last, blocks, strains = kernel.advance(
             self._wall, self._device, self._drives, scheme, parts.Motion(*body.configuration()),
             parts.Sight(*pair.sight(), pair.foot), pair.accepted, pair.clear, motion, load.ravel(), start, wanted,
             system.precision, max_passes, seconds,
@@ -117,7 +117,7 @@ class CompiledStep:
         if verdict != kernel.SETTLED:
             self.given_up[verdict] = self.given_up.get(verdict, 0) + 1
             return None
-        body.adopt(integrator, load.ravel(), state, moved, strains, blocks)
+        body.adopt(integrator, load.ravel(), state, *inertial, strains, blocks)
         pair.adopt(sight, foot, *looked)
         offset, normals, every, free, movable, met, shown = planes
         H, free = ElementRows(every, pair.first, body.space.size), ElementRows(free, pair.first, body.space.size)

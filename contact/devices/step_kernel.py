@@ -186,7 +186,7 @@ def advance(
                 for j in range(len(rows)):
                     q[j] -= W[i, j] * guess[i]
         found, delta, solved = status(W, q, guess, order, U, state, precision)
-        iterations += max(state[2], 1)
+        iterations += max(state[2], min(len(rows), 1))
         charge(seconds, stamp, SOLVE)
         if not solved:
             verdict = UNSOLVED
@@ -255,7 +255,7 @@ def advance(
         (verdict, passes, iterations),
         residuals,
         (x, R, edges, scheme.damping * moved, scheme.damping * turned),
-        moved,
+        (moved, J),
         (sight.known, sight.seen, sight.drift, sight.followed),
         (sight.foot.distance, sight.foot.point, sight.foot.normal, sight.foot.curvature),
         (candidates, at, bounds(sight, at)),

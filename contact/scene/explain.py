@@ -37,6 +37,8 @@ def explain(scene: Scene) -> str:
         built.append(f"Delassus operator: entries from the inverse's blocks along the beam, without solves{kept}")
     if scene.solver.minimum_norm:
         built.append("minimum norm: columns of W for all closed rows, and of all forces that solve it the least")
+    if scene.solver.compiled:
+        built.append("step: one compiled call; the plain step takes those that need more than most do")
     if not dynamic:
         left_out.append("mass and damping matrices: the scene is quasi-static")
     left_out.append("tangential rows: no contact names friction")

@@ -313,6 +313,7 @@ class Beam:
         load: Floats,
         configuration: State,
         motion: Floats,
+        J: Floats,
         strains: tuple[Floats, Floats, Floats, Floats],
         matrix: tuple[Floats, Floats, Floats, Floats],
     ) -> None:
@@ -322,13 +323,14 @@ class Beam:
         ----------
         load : at its end, (6 N)
         configuration, motion : its end, and the increments of the positions, (N, 3)
+        J : `nodal_kernels.spatial_inertia` at its start
         strains : as of a `BeamData`, with damping in them
         matrix : the last A, as `Chain.adopt` takes it
         """
         self._history, self._integrator, self.load, self._line = self.configuration(), integrator, load, None
         self.x, self.R, self.edges, self.v, self.w = configuration
         self._moved()
-        self._motion, self._damped = motion, BeamData(self.data.length, *strains)
+        self._motion, self._J, self._damped = motion, J, BeamData(self.data.length, *strains)
         self._least = least_force(self._damped)
         self.matrix.adopt(*matrix)
 
