@@ -40,7 +40,7 @@ from contact.devices.step_parts import (
 from contact.step import CALM, SURE
 from contact.surfaces.implicit import Foot
 from contact.surfaces.surface_roots import roots
-from fem.beams import beam_kernels, beam_points, chain_kernels, nodal_kernels
+from fem.beams import beam_kernels, beam_points, chain_kernels, frame_kernels, nodal_kernels
 from fem.beams.beam import SHIFT, TURN
 
 Floats = NDArray[np.float64]
@@ -94,7 +94,7 @@ def advance(
     )
     stiffer = 1.0 + scheme.rate
     data = Strains(rest_chord, rest_twist, stiffer * device.axial, stiffer * device.bending)
-    x, R, edges = beam_kernels.update(start.x, start.R, start.edges, d)
+    x, R, edges = frame_kernels.update(start.x, start.R, start.edges, d)
     moved, turned = d[:, :3].copy(), d[:, 3:].copy()
     last_edges, last_R, last_d = edges, R, d
     inner = balance(device, scheme, data, start, R, edges, moved, turned, J)
@@ -149,7 +149,7 @@ def advance(
         u = chain_kernels.solve(inverse, ratio, device.fixed, rest)[0]
         charge(seconds, stamp, FACTOR)
         if not passes:
-            free_x, free_R, _ = beam_kernels.update(x, R, edges, u.reshape(-1, 6))
+            free_x, free_R, _ = frame_kernels.update(x, R, edges, u.reshape(-1, 6))
             free = beam_points.centreline_points(free_x, free_R, device.element, device.xi, device.length)
             way = device_kernels.ways(at, free)
             new = ~candidates & (bounds(sight, at) <= way)
@@ -198,7 +198,7 @@ def advance(
         shift, turn = nodal_kernels.furthest(d)
         d = d / max(turn / TURN, shift / (SHIFT * device.reach), 1.0)
         last_edges, last_R, last_d = edges, R, d
-        x, R, edges = beam_kernels.update(x, R, edges, d)
+        x, R, edges = frame_kernels.update(x, R, edges, d)
         moved = moved + d[:, :3]
         lam = np.zeros(c)
         for j in range(len(rows)):
@@ -222,7 +222,7 @@ def advance(
 
         # The certificate
         passes += 1
-        turned = beam_kernels.relative_rotations(start.R, R)
+        turned = frame_kernels.relative_rotations(start.R, R)
         inner = balance(device, scheme, data, start, R, edges, moved, turned, J)
         contact = apply_transpose(planes.rows, device.first, lam, n)
         norms = nodal_kernels.norms(inner, load, contact, device.fixed, device.unit)

@@ -24,7 +24,7 @@ from contact.surfaces.implicit import Foot
 from contact.surfaces.surface_kernels import Network, lower_bounds, potentials
 from contact.surfaces.surface_newton import beside, closest
 from contact.surfaces.surface_roots import roots
-from fem.beams import beam_kernels, nodal_kernels
+from fem.beams import beam_kernels, frame_kernels, nodal_kernels
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -141,7 +141,7 @@ def predicted(device: Device, drives: Drives, start: Motion, motion: Floats, dam
             d[i, 3 + k] = 0.0 if device.fixed[6 * i + 3 + k] else start.w[i, k] / damping
     for j in range(len(motion)):
         i = drives.node[j]
-        turn = beam_kernels.turn_to(start.R[i : i + 1], drives.R[j : j + 1], motion[j, 3:])
+        turn = frame_kernels.turn_to(start.R[i : i + 1], drives.R[j : j + 1], motion[j, 3:])
         for k in range(3):
             if drives.held[j, k]:
                 d[i, k] = drives.x[j, k] + motion[j, k] - start.x[i, k]

@@ -10,7 +10,7 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 
 from fem.beams import beam_kernels as kernels
-from fem.beams import nodal_kernels
+from fem.beams import frame_kernels, nodal_kernels
 from fem.beams.beam_element import BeamData
 from fem.beams.beam_parts import BeamInertia, BeamLoads, ChainSpace, Drive, Line, unheld
 from fem.beams.chain import matrix_of
@@ -146,7 +146,7 @@ class Beam:
         """Nodes and frames after the free increment."""
         if not self.u.any():
             return self.x, self.R
-        x, R, _ = kernels.update(self.x, self.R, self.edges, self.u.reshape(-1, 6))
+        x, R, _ = frame_kernels.update(self.x, self.R, self.edges, self.u.reshape(-1, 6))
         return x, R
 
     @property
@@ -203,7 +203,7 @@ class Beam:
         """The increments that bring a node to its prescribed place."""
         i, to = drive.node, np.empty(6)
         to[:3] = self.start[i] + motion[:3] - self.x[i]
-        to[3:] = kernels.turn_to(self.R[i : i + 1], self.start_frames[i : i + 1], motion[3:])
+        to[3:] = frame_kernels.turn_to(self.R[i : i + 1], self.start_frames[i : i + 1], motion[3:])
         held = list(drive.components)
         d[held] = to[held]
 
@@ -292,7 +292,7 @@ class Beam:
         self._before = before
 
     def _shift(self, d: Floats) -> None:
-        self.x, self.R, self.edges = kernels.update(self.x, self.R, self.edges, d)
+        self.x, self.R, self.edges = frame_kernels.update(self.x, self.R, self.edges, d)
         self._motion = self._motion + d[:, :3]
         self._moved()
 
@@ -305,7 +305,7 @@ class Beam:
         """The end of the step: velocities over it, v = (x − x_n)/dt and w = log(R R_nᵀ)/dt."""
         if self.inertia is not None:
             self.v = self._integrator.damping * self._motion
-            self.w = self._integrator.damping * kernels.relative_rotations(self._history[1], self.R)
+            self.w = self._integrator.damping * frame_kernels.relative_rotations(self._history[1], self.R)
 
     def adopt(
         self,
@@ -359,7 +359,7 @@ class Beam:
         nodal_kernels.add_inertia_forces(
             f,
             self._motion,
-            kernels.relative_rotations(R_n, self.R),
+            frame_kernels.relative_rotations(R_n, self.R),
             v_n,
             w_n,
             inertia.nodes,

@@ -10,7 +10,7 @@ from contact.devices.device_contact import MARGIN, DeviceContact
 from contact.surfaces.convolution import ConvolutionSurface
 from contact.surfaces.detection import nearest
 from contact.surfaces.implicit import Cylinder, Plane, Potential, Sphere, Torus
-from fem.beams import beam_kernels
+from fem.beams import frame_kernels
 from fem.beams.beam import Beam
 from fem.beams.beam_element import beam_data
 from fem.beams.beam_parts import Drive
@@ -134,7 +134,7 @@ def test_rows_are_the_derivative_of_gaps(name):
     base = body.x, body.R, body.edges
 
     def gaps(h):
-        x, frames, _ = beam_kernels.update(*base, h * d)
+        x, frames, _ = frame_kernels.update(*base, h * d)
         return distance(pair._points(x, frames)) - R
 
     h = 1e-3
@@ -157,7 +157,7 @@ def test_curvature():
     base = body.state()
 
     def pull(d):
-        x, frames, edges = beam_kernels.update(*base[:3], d.reshape(-1, 6))
+        x, frames, edges = frame_kernels.update(*base[:3], d.reshape(-1, 6))
         body.restore((x, frames, edges, *base[3:]))
         kept = pair.candidates.copy()
         found = looked(pair)

@@ -8,7 +8,7 @@ from beam_examples import random_chain, scatter
 
 from fem import rotations
 from fem.beams import beam_kernels as kernels
-from fem.beams import beam_points, nodal_kernels
+from fem.beams import beam_points, frame_kernels, nodal_kernels
 from fem.beams.beam_element import forces, stiffness, strains
 from meshes.centrelines import helix
 
@@ -50,7 +50,7 @@ def test_extrapolated_stress_is_linear(angle):
     x, d = np.vstack([np.zeros(3), np.cumsum(edges, axis=0)]), np.random.default_rng(4).normal(size=(8, 6))
 
     def stress(part):
-        _, turned, moved = kernels.update(x, R, edges, part * d)
+        _, turned, moved = frame_kernels.update(x, R, edges, part * d)
         gamma, psi = strains(moved, turned)
         return np.hstack([data.axial * (gamma - data.chord), data.bending * (psi - data.twist)])
 
@@ -70,11 +70,13 @@ def test_update_composes():
     rng = np.random.default_rng(0)
     x, R, d = rng.normal(size=(9, 3)), rotations.exp(rng.normal(size=(9, 3))), rng.normal(size=(9, 6))
     d[0] = 0.0
-    x_new, R_new, edges = kernels.update(x, R, np.diff(x, axis=0), d)
+    x_new, R_new, edges = frame_kernels.update(x, R, np.diff(x, axis=0), d)
     np.testing.assert_array_equal(x_new, x + d[:, :3])
     np.testing.assert_allclose(R_new, rotations.composed(d[:, 3:], R), atol=1e-15)
     np.testing.assert_allclose(edges, np.diff(x_new, axis=0), atol=1e-15)
-    np.testing.assert_allclose(kernels.relative_rotations(R, R_new), rotations.log(rotations.exp(d[:, 3:])), atol=1e-13)
+    np.testing.assert_allclose(
+        frame_kernels.relative_rotations(R, R_new), rotations.log(rotations.exp(d[:, 3:])), atol=1e-13
+    )
 
 
 def test_turn_to_a_prescribed_frame():
@@ -82,7 +84,7 @@ def test_turn_to_a_prescribed_frame():
     R, start = rotations.exp(rng.normal(scale=0.5, size=(2, 1, 3)))
     for theta in (rng.normal(scale=0.5, size=3), np.zeros(3)):
         expected = rotations.log(rotations.exp(theta) @ start[0] @ R[0].T)
-        np.testing.assert_allclose(kernels.turn_to(R, start, theta), expected, atol=1e-14)
+        np.testing.assert_allclose(frame_kernels.turn_to(R, start, theta), expected, atol=1e-14)
 
 
 def test_edges_keep_their_digits_far_from_the_origin():
@@ -90,7 +92,7 @@ def test_edges_keep_their_digits_far_from_the_origin():
     x, R = np.array([[1e6, 0, 0], [1e6 + 1, 0, 0]]), np.tile(np.eye(3), (2, 1, 1))
     d = np.zeros((2, 6))
     d[1, 0] = 1e-14
-    _, _, edges = kernels.update(x, R, np.array([[1.0, 0, 0]]), d)
+    _, _, edges = frame_kernels.update(x, R, np.array([[1.0, 0, 0]]), d)
     assert edges[0, 0] == 1 + 1e-14
 
 
