@@ -300,7 +300,7 @@ class System:
 
         Where A braces a contact, β (Δδ) of its λ has only resisted the brace, and is no force of the contact.
         """
-        base = lin.on_rows(lin.base)
+        self._base, base = None, lin.on_rows(lin.base)  # the motion that it is in is used up
         change = solution.lam if base is None else solution.lam - base
         mode = 0
         with self.clock("factor"):

@@ -53,15 +53,15 @@ def suits(system: System) -> bool:
 class CompiledStep:
     """`contact.step.step` for a system that it `suits` and the status method.
 
-    A step that the compiled one gives up is taken by `step`: the first of a run, where no forces are known yet, is one.
-    `given_up` counts them by the reasons of `step_kernel`.
+    A step that the compiled one gives up is taken by `step`, as is one without forces `start` to begin with: the first
+    of a run. `given_up` counts those given up by the reasons of `step_kernel`.
     """
 
     def __init__(self, system: System) -> None:
         if not suits(system):
             raise ValueError(
-                "solver.compiled = true: must be of one beam with a density and no line load, in one contact with "
-                "vessels, and without options -free_…"
+                "solver.compiled = true: is for scenes of one beam with a density and no line load in one contact with "
+                "vessels, without options -free_…; compiled = false takes any"
             )
         body: Any = system.bodies[0]
         pair: Any = system.pairs[0]
@@ -112,12 +112,12 @@ class CompiledStep:
             parts.Sight(*pair.sight(), pair.foot), pair.accepted, pair.clear, motion, load.ravel(), start, wanted,
             system.precision, max_passes, seconds,
         )  # fmt: skip
-        verdict, passes, iterations = counts
+        verdict, passes, iterations, shown = counts
         system.clock.share(seconds.tolist())
         if verdict != kernel.SETTLED:
             self.given_up[verdict] = self.given_up.get(verdict, 0) + 1
             return None
-        body.adopt(integrator, load.ravel(), state, *inertial, strains, blocks)
+        body.adopt(integrator, load.ravel(), state, *inertial, strains, blocks, shown)
         pair.adopt(sight, foot, *looked)
         offset, normals, every, free, movable, met, shown = planes
         H, free = ElementRows(every, pair.first, body.space.size), ElementRows(free, pair.first, body.space.size)
@@ -125,10 +125,11 @@ class CompiledStep:
         lin = Linearisation([part], {body: H}, {body: free}, offset, movable, met, shown, None, system.clock)
         system.adopt(lin)
         lam, gap = forces
-        rows, own, W, q = last
+        rows, own, W, q, departures = last
         columns: dict[Body, Rows] = {body: ElementRows(own, pair.first[rows], body.space.size)}
         problem = ContactProblem(DirectDelassus(columns, W), q, primal=BodyMatrices(columns))
-        return StepResult(lam, gap, lin, problem, rows, Certificate(*residuals.tolist()), passes, iterations, {})
+        details = {"columns": float(len(rows)), "departures": float(departures)} if len(rows) else {}
+        return StepResult(lam, gap, lin, problem, rows, Certificate(*residuals.tolist()), passes, iterations, details)
 
     def _scheme(self, system: System, dt: float) -> tuple[Integrator, parts.Scheme]:
         """The integrator for steps of length dt, and its factors."""

@@ -46,9 +46,10 @@ from fem.beams.beam import SHIFT, TURN
 Floats = NDArray[np.float64]
 
 SETTLED = 0
-# Why a step is given up: a long way to the prediction, a singular A, a foot that needs a wider search, a contact
-# problem for the other phases of the status method, a point held in the wall or behind it, too many passes.
+# Why a step is given up: a long way to the prediction (or none), a singular A, a foot that needs a wider search, a
+# contact problem for the other phases of the status method, a point held in the wall or behind it, too many passes.
 FAR, SINGULAR, LOST, UNSOLVED, DRIVEN, CROSSED, PASSES = 1, 2, 3, 4, 5, 6, 7
+MOST_TURN = 1.5  # components of a turn up to which it is its own logarithm [rad]
 # Phases of `contact.clock`, in its order
 ASSEMBLE, FACTOR, DETECT, DELASSUS, SOLVE = 0, 1, 2, 3, 4
 
@@ -73,8 +74,10 @@ def advance(
 
     Returns
     -------
-    The verdict, passes, iterations and residuals; the motion, increments of positions, what is known of the points,
-    what was last linearised, and the contact problem of the last pass.
+    The verdict, passes, iterations and what the last factor has shown of A; the residuals. Where the verdict is
+    SETTLED, too: the configuration of the beam; increments of its positions, and J; what is known of the points, and
+    their feet; candidates, places and bounds; planes, and which rows can move, are met, and are near; λ and gaps; rows,
+    H, W, q and departures of the last problem; the last A with its factor; and the strains that it rests at.
     """
     stamp = np.zeros(2, dtype=np.int64)
     charge(np.empty(5), stamp, ASSEMBLE)
@@ -87,7 +90,9 @@ def advance(
 
     # The prediction
     d = predicted(device, drives, start, motion, scheme.damping)
-    verdict = FAR if nodal_kernels.furthest(d)[0] > SHIFT * device.reach else SETTLED
+    shift, turn = nodal_kernels.furthest(d)
+    here = np.isfinite(d).all() and np.isfinite(load).all() and shift <= SHIFT * device.reach and turn <= MOST_TURN
+    verdict = SETTLED if here else FAR
     J = nodal_kernels.spatial_inertia(start.R, device.rotary)
     stress, rest_chord, rest_twist = beam_kernels.rest_in_motion(
         start.edges, start.R, device.chord, device.twist, device.axial, device.bending, scheme.rate
@@ -100,7 +105,8 @@ def advance(
     inner = balance(device, scheme, data, start, R, edges, moved, turned, J)
     charge(seconds, stamp, ASSEMBLE)
     at = beam_points.centreline_points(x, R, device.element, device.xi, device.length)
-    if not look(wall, device, sight, at, bounds(sight, at) <= device.margin, device.margin):
+    near = bounds(sight, at) <= device.margin
+    if verdict == SETTLED and not look(wall, device, sight, at, near, device.margin):
         verdict = LOST
     candidates, meeting = sight.known <= device.margin, np.zeros(c, dtype=np.bool_)
     planes = planes_at(device, sight, candidates, at, R)
@@ -112,9 +118,9 @@ def advance(
     diagonal, upper, brace, gap, q = inverse, ratio, lam, lam, lam
     rows, order, state = np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), np.zeros(4, dtype=np.int64)
     W, own, U = np.empty((0, 0)), np.empty((0, 12)), np.empty((0, 0))
+    shown = chain_kernels.DEFINITE
     while verdict == SETTLED:
         # A about the present state and forces, a cautious one where the exact one is not definite; a chord keeps it
-        shown = chain_kernels.DEFINITE
         if not chord:
             for cautious in range(2):
                 if cautious:
@@ -252,7 +258,7 @@ def advance(
     charge(seconds, stamp, DETECT)
     # as plain tuples: Python is slow to make named ones of compiled results
     return (
-        (verdict, passes, iterations),
+        (verdict, passes, iterations, shown),
         residuals,
         (x, R, edges, scheme.damping * moved, scheme.damping * turned),
         (moved, J),
@@ -261,7 +267,7 @@ def advance(
         (candidates, at, bounds(sight, at)),
         (planes.offset, planes.normals, planes.every, planes.rows, movable, met, shown_rows),
         (lam, gap),
-        (rows, own, W, q),
+        (rows, own, W, q, state[3]),
         (diagonal, upper, inverse, ratio),
         (data.chord, data.twist, data.axial, data.bending),
     )

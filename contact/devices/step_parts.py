@@ -234,6 +234,7 @@ def bounds(sight: Sight, at: Floats) -> Floats:
 
 @njit(cache=True, error_model="numpy")
 def planes_at(device: Device, sight: Sight, candidates: Bools, at: Floats, R: Floats) -> Planes:
+    """The planes of `DeviceContact.detect` at places `at`, with rows for frames R."""
     offset, normals, every = device_kernels.planes(
         candidates, at, sight.foot, device.radius, R, device.element, device.xi, device.length
     )

@@ -90,7 +90,9 @@ def build(scene: Scene, comm: Any, folder: Path = Path(), clock: Clock | None = 
     system = System(comm, list(bodies.values()), pairs, clock, INTEGRATORS[scheme])
     if scene.solver.compiled:
         if scene.solver.method != "status" or scene.solver.minimum_norm:
-            raise ValueError("solver.compiled = true: must be with method = 'status' and without minimum_norm")
+            raise ValueError(
+                "solver.compiled = true: is for method = 'status' without minimum_norm; compiled = false takes any"
+            )
         from contact.devices.compiled_step import CompiledStep  # half a minute of compilation
 
         system.advance = CompiledStep(system)

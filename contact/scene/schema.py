@@ -280,7 +280,7 @@ class SolverTable(Table):
     surface_error: Positive = 1e-3
     penetration: Positive = 1e-3
     minimum_norm: bool = Field(default=False, description="of all forces that solve the contact, the least √Σλ² [N]")
-    compiled: bool = Field(default=False, description="whole steps, of one beam in vessels by the method 'status'")
+    compiled: bool = Field(default=False, description="one compiled call a step, for one beam in vessels")
     max_passes: Annotated[int, Field(ge=1)] = 20
     max_halvings: Annotated[int, Field(ge=0)] = 6
 

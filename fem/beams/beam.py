@@ -79,6 +79,7 @@ class Beam:
         self._history: State = self.configuration()
         # x − x_n; as a difference of positions it would lose the digits of short steps.
         self._motion = np.zeros_like(x)
+        self._J = np.zeros_like(R)  # the spatial inertia of the nodes at the start of a step
         self._integrator: Integrator = Static()
         self._damped = data
         self._stress: Floats | None = None  # to form A with, where it is not that of the configuration
@@ -316,6 +317,7 @@ class Beam:
         J: Floats,
         strains: tuple[Floats, Floats, Floats, Floats],
         matrix: tuple[Floats, Floats, Floats, Floats],
+        shown: int,
     ) -> None:
         """Take over a step from the present state that was solved elsewhere.
 
@@ -325,14 +327,14 @@ class Beam:
         configuration, motion : its end, and the increments of the positions, (N, 3)
         J : `nodal_kernels.spatial_inertia` at its start
         strains : as of a `BeamData`, with damping in them
-        matrix : the last A, as `Chain.adopt` takes it
+        matrix, shown : the last A, as `Chain.adopt` takes it
         """
         self._history, self._integrator, self.load, self._line = self.configuration(), integrator, load, None
         self.x, self.R, self.edges, self.v, self.w = configuration
         self._moved()
         self._motion, self._J, self._damped = motion, J, BeamData(self.data.length, *strains)
         self._least = least_force(self._damped)
-        self.matrix.adopt(*matrix)
+        self.matrix.adopt(*matrix, shown)
 
     # --- forces ---------------------------------------------------------------------------------------------------
 

@@ -44,9 +44,10 @@ class Chain:
         self._diagonal, self._upper = diagonal, upper
         self.__dict__.pop("A", None)
 
-    def adopt(self, diagonal: Floats, upper: Floats, inverse: Floats, ratio: Floats) -> None:
-        """Take over a matrix with the unit rows in it, and its factor."""
+    def adopt(self, diagonal: Floats, upper: Floats, inverse: Floats, ratio: Floats, shown: int) -> None:
+        """Take over a matrix with the unit rows in it, and its factor, which has `shown` what `factor` would return."""
         self._diagonal, self._upper, self._inverse, self._ratio = diagonal, upper, inverse, ratio
+        self.definite = shown == chain_kernels.DEFINITE
         self.__dict__.pop("A", None)
 
     def factor(self) -> None:

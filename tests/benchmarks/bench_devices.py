@@ -144,7 +144,7 @@ def floor(scene: Scene, folder: Path, steps: int | None) -> None:
             f"floor by {name}: median {1e3 * np.median(values):.3f} ms (factor {factor:.3f}, columns {columns:.3f}, "
             f"Cholesky {cholesky:.3f}); step/floor: ratio of medians {np.median(totals) / np.median(values):.1f} "
             f"(target {RATIO:g}), median ratio {np.median(ratio):.1f}, "
-            f"a pass {np.median(ratio * (substeps / passes)[::EVERY]):.1f}"
+            f"a pass of accepted substeps {np.median(ratio * (substeps / passes)[::EVERY]):.1f}"
         )
 
 

@@ -54,7 +54,8 @@ def same(one, other, tolerance):
     assert len(steps) == len(expected)
     for mine, plain in zip(steps, expected, strict=True):
         a, b = mine.result, plain.result
-        assert (mine.substeps, a.passes) == (plain.substeps, b.passes)
+        assert (mine.substeps, a.passes, a.iterations) == (plain.substeps, b.passes, b.iterations)
+        assert a.details == b.details
         scale = max(b.lam.max(), 1e-3 * expected[-1].result.lam.max())
         np.testing.assert_allclose(a.lam, b.lam, rtol=0, atol=tolerance * scale)
         part, known = a.linearisation.constraints[0], b.linearisation.constraints[0]
@@ -68,6 +69,10 @@ def same(one, other, tolerance):
     body, other_body = system.bodies[0], oracle.bodies[0]
     for found, exact in zip(body.state(), other_body.state(), strict=True):
         np.testing.assert_allclose(found, exact, rtol=0, atol=tolerance * max(np.abs(exact).max(), 1.0))
+    result = steps[-1].result
+    (free,) = result.linearisation.free.values()
+    assert body.imbalance(free.apply_transpose(result.lam)) == pytest.approx(result.certificate.equilibrium, rel=1e-6)
+    assert body.definite == other_body.definite
     reactions = other_body.reactions()
     np.testing.assert_allclose(body.reactions(), reactions, rtol=0, atol=1e-6 * np.abs(reactions).max())
     system.close()
