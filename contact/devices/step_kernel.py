@@ -192,7 +192,7 @@ def advance(
                 for j in range(len(rows)):
                     q[j] -= W[i, j] * guess[i]
         found, delta, solved = status(W, q, guess, order, U, state, precision)
-        iterations += max(state[2], min(len(rows), 1))
+        iterations += max(state[2], 1) if guess.any() else state[2]
         charge(seconds, stamp, SOLVE)
         if not solved:
             verdict = UNSOLVED
