@@ -93,7 +93,7 @@ def build(scene: Scene, comm: Any, folder: Path = Path(), clock: Clock | None = 
             raise ValueError(
                 "solver.compiled = true: is for method = 'status' without minimum_norm; compiled = false takes any"
             )
-        from contact.devices.compiled_step import CompiledStep  # half a minute of compilation
+        from contact.devices.compiled_step import CompiledStep  # forty seconds of compilation
 
         system.advance = CompiledStep(system)
     return system
