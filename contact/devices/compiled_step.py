@@ -119,10 +119,10 @@ class CompiledStep:
             return None
         body.adopt(integrator, load.ravel(), state, *inertial, strains, blocks, shown)
         pair.adopt(sight, foot, *looked)
-        offset, normals, every, free, movable, met, shown = planes
+        offset, normals, every, free, movable, met, near = planes
         H, free = ElementRows(every, pair.first, body.space.size), ElementRows(free, pair.first, body.space.size)
         part = Constraints({body: H}, offset, normals, pair.places, pair.areas, pair.length)
-        lin = Linearisation([part], {body: H}, {body: free}, offset, movable, met, shown, None, system.clock)
+        lin = Linearisation([part], {body: H}, {body: free}, offset, movable, met, near, None, system.clock)
         system.adopt(lin)
         lam, gap = forces
         rows, own, W, q, departures = last
