@@ -59,9 +59,9 @@ def transposed(A: Matrix) -> Matrix:
 
 
 @njit(cache=True, error_model="numpy")
-def spatial(d: Floats, i: int, e1: Vector, e2: Vector, e3: Vector) -> Matrix:
+def spatial(d: Vector, e1: Vector, e2: Vector, e3: Vector) -> Matrix:
     """Rows of Σ dₖ eₖ eₖᵀ."""
-    a, b, c = times(d[i, 0], e1), times(d[i, 1], e2), times(d[i, 2], e3)
+    a, b, c = times(d[0], e1), times(d[1], e2), times(d[2], e3)
     return (
         combined(e1[0], a, e2[0], b, e3[0], c),
         combined(e1[1], a, e2[1], b, e3[1], c),

@@ -135,9 +135,7 @@ def advance(
                     lam, sight.foot, BRACE if passes and not cautious else 0.0, R, device.element, device.xi,
                     device.length,
                 )  # fmt: skip
-                diagonal, upper = beam_kernels.assemble_blocks(
-                    edges, R, data.chord, data.twist, data.axial, data.bending, stress
-                )
+                diagonal, upper = beam_kernels.assemble_blocks(edges, R, data.axial, data.bending, stress)
                 nodal_kernels.add_inertia(diagonal, upper, device.nodes, device.links, J, scheme.inertia)
                 beam_kernels.add_element_blocks(diagonal, upper, elements, blocks)
                 chain_kernels.hold(diagonal, upper, device.fixed)

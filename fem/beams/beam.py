@@ -83,7 +83,6 @@ class Beam:
         self._integrator: Integrator = Static()
         self._damped = data
         self._stress: Floats | None = None  # to form A with, where it is not that of the configuration
-        self._before: tuple[Floats, Floats, Floats] | None = None  # edges, frames and increment of the last pass
         self._extra: list[tuple[Ints, Floats]] = []
         self._forces: tuple[Floats, Floats] | None = None
         self._fresh = self._factorised = False
@@ -231,7 +230,7 @@ class Beam:
         """Let A be formed anew about the present configuration, with its own stress where one is `cautious`."""
         self._fresh = self._factorised = False
         if cautious:
-            self._before = None
+            self._stress = None
 
     def stiffen(self, elements: Ints, blocks: Floats) -> None:
         """Add blocks (q, 12, 12) of given elements to the next A."""
@@ -242,12 +241,11 @@ class Beam:
         if self._fresh:
             return
         data, stress = self._damped, self._stress
-        if self._before is not None:
-            edges, R, d = self._before
-            stress = kernels.extrapolated_stress(edges, R, data.chord, data.twist, data.axial, data.bending, d)
-        diagonal, upper = kernels.assemble_blocks(
-            self.edges, self.R, data.chord, data.twist, data.axial, data.bending, stress
-        )
+        if stress is None:
+            stress, _, _ = kernels.rest_in_motion(
+                self.edges, self.R, data.chord, data.twist, data.axial, data.bending, 0.0
+            )
+        diagonal, upper = kernels.assemble_blocks(self.edges, self.R, data.axial, data.bending, stress)
         if self.inertia is not None:
             a, _ = self.inertia.rayleigh
             factor = self._integrator.inertia + a * self._integrator.damping
@@ -288,9 +286,12 @@ class Beam:
         d = (self.u + increment).reshape(-1, 6)
         shift, turn = nodal_kernels.furthest(d)
         d = d / max(turn / TURN, shift / (SHIFT * self.reach), 1.0)
-        before = self.edges, self.R, d
+        data = self._damped
+        stress = kernels.extrapolated_stress(
+            self.edges, self.R, data.chord, data.twist, data.axial, data.bending, d
+        )
         self._shift(d)
-        self._before = before
+        self._stress = stress
 
     def _shift(self, d: Floats) -> None:
         self.x, self.R, self.edges = frame_kernels.update(self.x, self.R, self.edges, d)
@@ -299,7 +300,7 @@ class Beam:
 
     def _moved(self) -> None:
         self.u = np.zeros(6 * self.space.nodes)
-        self._forces = self._stress = self._before = None
+        self._forces = self._stress = None
         self._fresh = False
 
     def accept(self) -> None:

@@ -2,7 +2,8 @@
 
 Oracle: `beam_element`, whose symbols these are. Here the work is done in the fixed frame, where ψ, c, N, L, M, P are
 plain vectors, c is the element's edge, and every product with a cross-product matrix is a cross product: no matrix is
-rotated.
+rotated. Elements are taken side by side (`fem.lanes`): their data are copied into lanes, what one element needs is
+computed in all lanes at once, and the results are added up at the nodes.
 
 Edges x₂ − x₁ (N − 1, 3) are kept beside the positions and updated by differences of increments: formed from positions
 far from the origin they would lose digits that EA multiplies. An element whose ends turn by π against each other has no
@@ -16,7 +17,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from fem.beams.beam_element import SERIES_Q, SERIES_S, SMALL
-from fem.beams.frame_kernels import frame
+from fem.beams.frame_kernels import mean_frame
+from fem.lanes import ALL, LANES, read, read_matrix, write, write_matrix
 from fem.vectors import (
     Matrix,
     Vector,
@@ -42,49 +44,48 @@ Ints = NDArray[np.int64]
 S0, S1, S2, S3, S4, S5, S6, S7 = SERIES_S
 Q0, Q1, Q2, Q3, Q4, Q5, Q6 = SERIES_Q
 
+# Where the numbers of an element stand in its lane: after the frames of its ends
+EDGE, AXIAL, BENDING, CHORD, TWIST, STRESS, OUT = 18, 21, 24, 27, 30, 33, 39
 
-@njit(cache=True, error_model="numpy")
+
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _r(t: float, s: float) -> float:
     """(1 − s)/t."""
-    if t < SMALL:
-        return -(S1 + t * (S2 + t * (S3 + t * (S4 + t * (S5 + t * (S6 + t * S7))))))
-    return (1.0 - s) / t
+    small = -(S1 + t * (S2 + t * (S3 + t * (S4 + t * (S5 + t * (S6 + t * S7))))))
+    return small if t < SMALL else (1.0 - s) / t
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _rates(t: float, s: float, r: float, q: float, w: float) -> Vector:
     """(ds/dθ)/θ, (dr/dθ)/θ, (dq/dθ)/θ."""
-    if t < SMALL:
-        ds = 2 * (S1 + t * (2 * S2 + t * (3 * S3 + t * (4 * S4 + t * (5 * S5 + t * (6 * S6 + t * 7 * S7))))))
-        dr = -2 * (S2 + t * (2 * S3 + t * (3 * S4 + t * (4 * S5 + t * (5 * S6 + t * 6 * S7)))))
-        dq = 2 * (Q1 + t * (2 * Q2 + t * (3 * Q3 + t * (4 * Q4 + t * (5 * Q5 + t * 6 * Q6)))))
-        return ds, dr, dq
-    ds = s * (1.0 - s * w) / t
-    return ds, -(ds + 2.0 * r) / t, (0.25 / (1.0 + w) - q) / t
+    ds = 2 * (S1 + t * (2 * S2 + t * (3 * S3 + t * (4 * S4 + t * (5 * S5 + t * (6 * S6 + t * 7 * S7))))))
+    dr = -2 * (S2 + t * (2 * S3 + t * (3 * S4 + t * (4 * S5 + t * (5 * S6 + t * 6 * S7)))))
+    dq = 2 * (Q1 + t * (2 * Q2 + t * (3 * Q3 + t * (4 * Q4 + t * (5 * Q5 + t * 6 * Q6)))))
+    small = t < SMALL
+    ds = ds if small else s * (1.0 - s * w) / t
+    return ds, dr if small else -(ds + 2.0 * r) / t, dq if small else (0.25 / (1.0 + w) - q) / t
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _straightened(psi: Vector, a: Vector) -> Vector:
     """Za = a − ψ×(ψ×a)/24."""
     return add(times(1.0 + dot(psi, psi) / 24.0, a), times(-dot(psi, a) / 24.0, psi))
 
 
-@njit(cache=True, error_model="numpy")
-def _stress(strain: Vector, rest: Floats, stiffness: Floats, i: int, e1: Vector, e2: Vector, e3: Vector) -> Vector:
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _stress(strain: Vector, rest: Vector, k: Vector, e1: Vector, e2: Vector, e3: Vector) -> Vector:
     """Σ kⱼ (strain·eⱼ − restⱼ) eⱼ."""
-    f1 = stiffness[i, 0] * (dot(e1, strain) - rest[i, 0])
-    f2 = stiffness[i, 1] * (dot(e2, strain) - rest[i, 1])
-    f3 = stiffness[i, 2] * (dot(e3, strain) - rest[i, 2])
-    return combined(f1, e1, f2, e2, f3, e3)
+    f1, f2, f3 = dot(e1, strain) - rest[0], dot(e2, strain) - rest[1], dot(e3, strain) - rest[2]
+    return combined(k[0] * f1, e1, k[1] * f2, e2, k[2] * f3, e3)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _moment(M: Vector, N: Vector, c: Vector, psi: Vector) -> Vector:
     """∂U/∂ψ where D₂(ψ − ψ₀) = M and D₁(γ − γ₀) = N: M + ψ N·c/12 − (N ψ·c + c ψ·N)/24."""
     return add(M, combined(dot(N, c) / 12.0, psi, -dot(psi, c) / 24.0, N, -dot(psi, N) / 24.0, c))
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _second_derivatives(D1: Matrix, D2: Matrix, N: Vector, c: Vector, psi: Vector) -> tuple[Matrix, Matrix, Matrix]:
     """E, F, V as `beam_element` has them; N = D₁(γ − γ₀)."""
     alpha, psi_c = 1.0 + dot(psi, psi) / 24.0, dot(psi, c)
@@ -121,12 +122,32 @@ def _second_derivatives(D1: Matrix, D2: Matrix, N: Vector, c: Vector, psi: Vecto
 
 
 @njit(cache=True, error_model="numpy")
-def _add_forces(f: Floats, i: int, N: Vector, L: Vector, P: Vector) -> None:
-    for k in range(3):
-        f[i, k] -= N[k]
-        f[i, 3 + k] += 0.5 * L[k] - P[k]
-        f[i + 1, k] += N[k]
-        f[i + 1, 3 + k] += 0.5 * L[k] + P[k]
+def _load(S: Floats, k: int, rows: Floats, first: int, count: int) -> None:
+    """Rows of (N − 1, w) numbers from the `first` on into lanes, from number k on; past `count` the last one again."""
+    for lane in range(LANES):
+        i = first + min(lane, count - 1)
+        for j in range(rows.shape[1]):
+            S[LANES * (k + j) + lane] = rows[i, j]
+
+
+@njit(cache=True, error_model="numpy")
+def _load_elements(S: Floats, edges: Floats, R: Floats, first: int) -> int:
+    """The edges of elements, and the frames of their ends by columns, into lanes; how many elements there are."""
+    count = min(LANES, len(edges) - first)
+    _load(S, EDGE, edges, first, count)
+    for lane in range(LANES):
+        i = first + min(lane, count - 1)
+        for j in range(3):
+            for k in range(3):
+                S[LANES * (3 * j + k) + lane], S[LANES * (9 + 3 * j + k) + lane] = R[i, k, j], R[i + 1, k, j]
+    return count
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _element(S: Floats, lane: int) -> tuple[float, float, Vector, Vector, Vector, Vector, Vector]:
+    """s, cos ½θ, ψ and c of a lane's element, and the columns of its frame."""
+    s, w, angles, e1, e2, e3 = mean_frame(read_matrix(S, 0, lane), read_matrix(S, 9, lane))
+    return s, w, combined(angles[0], e1, angles[1], e2, angles[2], e3), read(S, EDGE, lane), e1, e2, e3
 
 
 @njit(cache=True, error_model="numpy")
@@ -141,109 +162,145 @@ def assemble_forces(
     R : frames (N, 3, 3)
     chord, twist, axial, bending : (N − 1, 3), as in `beam_element.BeamData`
     """
-    f = np.zeros((len(R), 6))
-    for i in range(len(edges)):
-        s, w, angles, e1, e2, e3 = frame(R, i)
-        c = (edges[i, 0], edges[i, 1], edges[i, 2])
-        psi = combined(angles[0], e1, angles[1], e2, angles[2], e3)
-        stress = _stress(_straightened(psi, c), chord, axial, i, e1, e2, e3)
-        M = _moment(_stress(psi, twist, bending, i, e1, e2, e3), stress, c, psi)
-        N = _straightened(psi, stress)
-        L = cross(N, c)
-        r, q = _r(dot(psi, psi), s), 0.25 / (s * (1.0 + w))
-        P = combined(q, cross(psi, L), s, M, r * dot(psi, M), psi)
-        _add_forces(f, i, N, L, P)
+    f, S = np.zeros((len(R), 6)), np.empty(LANES * (OUT + 9))
+    for first in range(0, len(edges), LANES):
+        count = _load_elements(S, edges, R, first)
+        _load(S, AXIAL, axial, first, count)
+        _load(S, BENDING, bending, first, count)
+        _load(S, CHORD, chord, first, count)
+        _load(S, TWIST, twist, first, count)
+        for lane in range(ALL):
+            s, w, psi, c, e1, e2, e3 = _element(S, lane)
+            stress = _stress(_straightened(psi, c), read(S, CHORD, lane), read(S, AXIAL, lane), e1, e2, e3)
+            moment = _stress(psi, read(S, TWIST, lane), read(S, BENDING, lane), e1, e2, e3)
+            M = _moment(moment, stress, c, psi)
+            N = _straightened(psi, stress)
+            L = cross(N, c)
+            r, q = _r(dot(psi, psi), s), 0.25 / (s * (1.0 + w))
+            write(S, OUT, lane, N)
+            write(S, OUT + 3, lane, L)
+            write(S, OUT + 6, lane, combined(q, cross(psi, L), s, M, r * dot(psi, M), psi))
+        for lane in range(np.uint64(count)):
+            i, N, L, P = first + np.int64(lane), read(S, OUT, lane), read(S, OUT + 3, lane), read(S, OUT + 6, lane)
+            for k in range(3):
+                f[i, k] -= N[k]
+                f[i, 3 + k] += 0.5 * L[k] - P[k]
+                f[i + 1, k] += N[k]
+                f[i + 1, 3 + k] += 0.5 * L[k] + P[k]
     return f
 
 
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _tangent(
+    s: float, w: float, psi: Vector, c: Vector, force: Vector, moment: Vector, D1: Matrix, D2: Matrix
+) -> tuple[Matrix, Matrix, Matrix, Matrix, Matrix, Matrix]:
+    """The stiffness of an element under `force` D₁(γ − γ₀) and `moment` D₂(ψ − ψ₀).
+
+    E on u; what u of its second end has against the rotation of the first and of the second node; and the rotation of
+    the first node, that of the second, and the first against the second.
+    """
+    M = _moment(moment, force, c, psi)
+    N = _straightened(psi, force)
+    L = cross(N, c)
+    t, psi_M = dot(psi, psi), dot(psi, M)
+    r, q = _r(t, s), 0.25 / (s * (1.0 + w))
+    ds, dr, dq = _rates(t, s, r, q, w)
+    turn = cross(psi, L)
+    P = combined(q, turn, s, M, r * psi_M, psi)
+
+    E, F, V = _second_derivatives(D1, D2, force, c, psi)
+    # On u: E, G = Ec^ − N^, GQ + FS. On A and D, with X = Gᵀc^: X − L^, (X − L^)Q − c^FS, qzX − P^ + SFᵀc^, …
+    G = minus_spin(rows_cross(E, c), N)
+    Gz = rows_cross(G, psi)
+    FS = (
+        add(times(s, F[0]), times(r * dot(F[0], psi), psi)),
+        add(times(s, F[1]), times(r * dot(F[1], psi), psi)),
+        add(times(s, F[2]), times(r * dot(F[2], psi), psi)),
+    )
+    SFc = rows_cross(transposed(FS), c)
+    SFcz = rows_cross(SFc, psi)
+    X = rows_cross(transposed(G), c)
+    AA = minus_spin(X, L)
+    AAz = rows_cross(AA, psi)
+    DA = minus_spin(scaled(-q, transposed(rows_cross(transposed(X), psi))), P)
+    DAz = rows_cross(DA, psi)
+
+    # dP's part in dψ, symmetric: a I + sym(p ψᵀ) + s²V with p collecting all that multiplies ψ
+    Y = dot(V[0], psi), dot(V[1], psi), dot(V[2], psi)
+    along = dr * psi_M + 2.0 * r * r * psi_M + r * r * dot(psi, Y)
+    p = add(combined(dq + q * r, turn, ds + r * s, M, along, psi), times(2.0 * s * r, Y))
+    isotropic = r * s * psi_M
+
+    bent = (times(0.5 * p[0], psi), times(0.5 * p[1], psi), times(0.5 * p[2], psi))
+    bent = summed(s * s, V, 1.0, symmetric(bent))
+    bent = summed(1.0, bent, -1.0, symmetric(summed(0.5 * q, DAz, q, SFcz)))
+    bent = (
+        add(bent[0], (isotropic, 0.0, 0.0)),
+        add(bent[1], (0.0, isotropic, 0.0)),
+        add(bent[2], (0.0, 0.0, isotropic)),
+    )
+    mixed = summed(0.25, transposed(DA), 0.5, transposed(SFc))
+    mixed = summed(1.0, mixed, -0.25 * q, AAz)
+    twice, both = symmetric(AA), symmetric(mixed)
+    outer = summed(0.125, twice, 1.0, bent)
+    on_D = summed(1.0, FS, -q, Gz)
+    across = summed(1.0, summed(0.125, twice, -1.0, bent), 1.0, summed(1.0, mixed, -1.0, transposed(mixed)))
+    return (
+        E,
+        summed(0.5, G, -1.0, on_D),
+        summed(0.5, G, 1.0, on_D),
+        summed(1.0, outer, -1.0, both),
+        summed(1.0, outer, 1.0, both),
+        across,
+    )
+
+
 @njit(cache=True, error_model="numpy")
-def assemble_blocks(
-    edges: Floats, R: Floats, chord: Floats, twist: Floats, axial: Floats, bending: Floats, stress: Floats | None = None
-) -> tuple[Floats, Floats]:
+def assemble_blocks(edges: Floats, R: Floats, axial: Floats, bending: Floats, stress: Floats) -> tuple[Floats, Floats]:
     """The tangent; parameters as for `assemble_forces`.
 
     Parameters
     ----------
-    stress : (N − 1, 6) forces D₁(γ − γ₀) [N] and moments D₂(ψ − ψ₀) [N m] in the element's frame to form it with,
-        instead of those of the configuration
+    stress : to form it with: forces D₁(γ − γ₀) [N] and moments D₂(ψ − ψ₀) [N m] in the element's frame, (N − 1, 6)
 
     Returns
     -------
     diagonal, upper : (N, 6, 6) and (N − 1, 6, 6), the sum of `beam_element.stiffness`: K's blocks (i, i) and (i, i + 1)
     """
-    n = len(R)
+    n, S = len(R), np.empty(LANES * (OUT + 54))
     diagonal, upper = np.zeros((n, 6, 6)), np.empty((n - 1, 6, 6))
-    for i in range(n - 1):
-        s, w, angles, e1, e2, e3 = frame(R, i)
-        c = (edges[i, 0], edges[i, 1], edges[i, 2])
-        psi = combined(angles[0], e1, angles[1], e2, angles[2], e3)
-        if stress is None:
-            force = _stress(_straightened(psi, c), chord, axial, i, e1, e2, e3)
-            moment = _stress(psi, twist, bending, i, e1, e2, e3)
-        else:
-            force = combined(stress[i, 0], e1, stress[i, 1], e2, stress[i, 2], e3)
-            moment = combined(stress[i, 3], e1, stress[i, 4], e2, stress[i, 5], e3)
-        M = _moment(moment, force, c, psi)
-        N = _straightened(psi, force)
-        L = cross(N, c)
-        t, psi_M = dot(psi, psi), dot(psi, M)
-        r, q = _r(t, s), 0.25 / (s * (1.0 + w))
-        ds, dr, dq = _rates(t, s, r, q, w)
-        turn = cross(psi, L)
-        P = combined(q, turn, s, M, r * psi_M, psi)
-
-        D1, D2 = spatial(axial, i, e1, e2, e3), spatial(bending, i, e1, e2, e3)
-        E, F, V = _second_derivatives(D1, D2, force, c, psi)
-        # On u: E, G = Ec^ − N^, GQ + FS. On A and D, with X = Gᵀc^: X − L^, (X − L^)Q − c^FS, qzX − P^ + SFᵀc^, …
-        G = minus_spin(rows_cross(E, c), N)
-        Gz = rows_cross(G, psi)
-        FS = (
-            add(times(s, F[0]), times(r * dot(F[0], psi), psi)),
-            add(times(s, F[1]), times(r * dot(F[1], psi), psi)),
-            add(times(s, F[2]), times(r * dot(F[2], psi), psi)),
-        )
-        SFc = rows_cross(transposed(FS), c)
-        SFcz = rows_cross(SFc, psi)
-        X = rows_cross(transposed(G), c)
-        AA = minus_spin(X, L)
-        AAz = rows_cross(AA, psi)
-        DA = minus_spin(scaled(-q, transposed(rows_cross(transposed(X), psi))), P)
-        DAz = rows_cross(DA, psi)
-
-        # dP's part in dψ, symmetric: a I + sym(p ψᵀ) + s²V with p collecting all that multiplies ψ
-        Y = dot(V[0], psi), dot(V[1], psi), dot(V[2], psi)
-        along = dr * psi_M + 2.0 * r * r * psi_M + r * r * dot(psi, Y)
-        p = add(combined(dq + q * r, turn, ds + r * s, M, along, psi), times(2.0 * s * r, Y))
-        isotropic = r * s * psi_M
-
-        bent = (times(0.5 * p[0], psi), times(0.5 * p[1], psi), times(0.5 * p[2], psi))
-        bent = summed(s * s, V, 1.0, symmetric(bent))
-        bent = summed(1.0, bent, -1.0, symmetric(summed(0.5 * q, DAz, q, SFcz)))
-        bent = (
-            add(bent[0], (isotropic, 0.0, 0.0)),
-            add(bent[1], (0.0, isotropic, 0.0)),
-            add(bent[2], (0.0, 0.0, isotropic)),
-        )
-        mixed = summed(0.25, transposed(DA), 0.5, transposed(SFc))
-        mixed = summed(1.0, mixed, -0.25 * q, AAz)
-        outer, both = summed(0.125, symmetric(AA), 1.0, bent), symmetric(mixed)
-        # on u of either end against the rotation of the first and the second node
-        ud = summed(1.0, FS, -q, Gz)
-        first, second = summed(0.5, G, -1.0, ud), summed(0.5, G, 1.0, ud)
-
-        # What the element before has left at its second node is there already.
-        put(diagonal, i, 0, 0, summed(1.0, at(diagonal, i, 0, 0), 1.0, E))
-        put(diagonal, i, 0, 3, summed(1.0, at(diagonal, i, 0, 3), -1.0, first))
-        put(diagonal, i, 3, 0, transposed(at(diagonal, i, 0, 3)))
-        put(diagonal, i, 3, 3, summed(1.0, at(diagonal, i, 3, 3), 1.0, summed(1.0, outer, -1.0, both)))
-        put(diagonal, i + 1, 0, 0, E)
-        put(diagonal, i + 1, 0, 3, second)
-        put(diagonal, i + 1, 3, 3, summed(1.0, outer, 1.0, both))
-        put(upper, i, 0, 0, scaled(-1.0, E))
-        put(upper, i, 0, 3, scaled(-1.0, second))
-        put(upper, i, 3, 0, transposed(first))
-        skew = summed(1.0, mixed, -1.0, transposed(mixed))
-        put(upper, i, 3, 3, summed(1.0, summed(0.125, symmetric(AA), -1.0, bent), 1.0, skew))
+    for first in range(0, n - 1, LANES):
+        count = _load_elements(S, edges, R, first)
+        _load(S, AXIAL, axial, first, count)
+        _load(S, BENDING, bending, first, count)
+        _load(S, STRESS, stress, first, count)
+        for lane in range(ALL):
+            s, w, psi, c, e1, e2, e3 = _element(S, lane)
+            f, m = read(S, STRESS, lane), read(S, STRESS + 3, lane)
+            force, moment = combined(f[0], e1, f[1], e2, f[2], e3), combined(m[0], e1, m[1], e2, m[2], e3)
+            D1, D2 = spatial(read(S, AXIAL, lane), e1, e2, e3), spatial(read(S, BENDING, lane), e1, e2, e3)
+            E, with_first, with_second, at_first, at_second, across = _tangent(s, w, psi, c, force, moment, D1, D2)
+            write_matrix(S, OUT, lane, E)
+            write_matrix(S, OUT + 9, lane, with_first)
+            write_matrix(S, OUT + 18, lane, with_second)
+            write_matrix(S, OUT + 27, lane, at_first)
+            write_matrix(S, OUT + 36, lane, at_second)
+            write_matrix(S, OUT + 45, lane, across)
+        for lane in range(np.uint64(count)):
+            i, E = first + np.int64(lane), read_matrix(S, OUT, lane)
+            with_first, with_second = read_matrix(S, OUT + 9, lane), read_matrix(S, OUT + 18, lane)
+            # What the element before has left at its second node is there already.
+            put(diagonal, i, 0, 0, summed(1.0, at(diagonal, i, 0, 0), 1.0, E))
+            put(diagonal, i, 0, 3, summed(1.0, at(diagonal, i, 0, 3), -1.0, with_first))
+            put(diagonal, i, 3, 0, transposed(at(diagonal, i, 0, 3)))
+            put(diagonal, i, 3, 3, summed(1.0, at(diagonal, i, 3, 3), 1.0, read_matrix(S, OUT + 27, lane)))
+            put(diagonal, i + 1, 0, 0, E)
+            put(diagonal, i + 1, 0, 3, with_second)
+            put(diagonal, i + 1, 3, 3, read_matrix(S, OUT + 36, lane))
+            put(upper, i, 0, 0, scaled(-1.0, E))
+            put(upper, i, 0, 3, scaled(-1.0, with_second))
+            put(upper, i, 3, 0, transposed(with_first))
+            put(upper, i, 3, 3, read_matrix(S, OUT + 45, lane))
     put(diagonal, n - 1, 3, 0, transposed(at(diagonal, n - 1, 0, 3)))
     return diagonal, upper
 
@@ -251,13 +308,19 @@ def assemble_blocks(
 @njit(cache=True, error_model="numpy")
 def strains(edges: Floats, R: Floats) -> tuple[Floats, Floats]:
     """`beam_element.strains`: γ and ψ, (N − 1, 3) each."""
-    chord, twist = np.empty_like(edges), np.empty_like(edges)
-    for i in range(len(edges)):
-        _, _, psi, e1, e2, e3 = frame(R, i)
-        c = (edges[i, 0], edges[i, 1], edges[i, 2])
-        chord[i, 0], chord[i, 1], chord[i, 2] = _straightened(psi, (dot(e1, c), dot(e2, c), dot(e3, c)))
-        twist[i, 0], twist[i, 1], twist[i, 2] = psi
-    return chord, twist
+    gamma, psi, S = np.empty_like(edges), np.empty_like(edges), np.empty(LANES * (OUT + 6))
+    for first in range(0, len(edges), LANES):
+        count = _load_elements(S, edges, R, first)
+        for lane in range(ALL):
+            _, _, angles, e1, e2, e3 = mean_frame(read_matrix(S, 0, lane), read_matrix(S, 9, lane))
+            c = read(S, EDGE, lane)
+            write(S, OUT, lane, _straightened(angles, (dot(e1, c), dot(e2, c), dot(e3, c))))
+            write(S, OUT + 3, lane, angles)
+        for lane in range(np.uint64(count)):
+            i = first + np.int64(lane)
+            gamma[i, 0], gamma[i, 1], gamma[i, 2] = read(S, OUT, lane)
+            psi[i, 0], psi[i, 1], psi[i, 2] = read(S, OUT + 3, lane)
+    return gamma, psi
 
 
 @njit(cache=True, error_model="numpy")
@@ -285,23 +348,29 @@ def extrapolated_stress(
 
     dγ = Z dc + (∂Z/∂ψ dψ) c; everything in the element's frame.
     """
-    stress = np.empty((len(edges), 6))
-    for i in range(len(edges)):
-        s, w, psi, e1, e2, e3 = frame(R, i)
-        edge = (edges[i, 0], edges[i, 1], edges[i, 2])
-        u = (d[i + 1, 0] - d[i, 0], d[i + 1, 1] - d[i, 1], d[i + 1, 2] - d[i, 2])
-        a1, a2 = (d[i, 3], d[i, 4], d[i, 5]), (d[i + 1, 3], d[i + 1, 4], d[i + 1, 5])
-        A, D = combined(0.5, a1, 0.5, a2, 0.0, a1), add(a2, times(-1.0, a1))
-        c, u = (dot(e1, edge), dot(e2, edge), dot(e3, edge)), (dot(e1, u), dot(e2, u), dot(e3, u))
-        A, D = (dot(e1, A), dot(e2, A), dot(e3, A)), (dot(e1, D), dot(e2, D), dot(e3, D))
-        r, q = _r(dot(psi, psi), s), 0.25 / (s * (1.0 + w))
-        dpsi = add(times(s, D), times(r * dot(psi, D), psi))
-        dc = add(u, cross(c, add(A, times(-q, cross(psi, D)))))
-        bent = combined(dot(psi, dpsi) / 12.0, c, -dot(c, dpsi) / 24.0, psi, -dot(psi, c) / 24.0, dpsi)
-        gamma = add(_straightened(psi, add(c, dc)), bent)
-        for k in range(3):
-            stress[i, k] = axial[i, k] * (gamma[k] - chord[i, k])
-            stress[i, 3 + k] = bending[i, k] * (psi[k] + dpsi[k] - twist[i, k])
+    stress, S = np.empty((len(edges), 6)), np.empty(LANES * (OUT + 18))
+    for first in range(0, len(edges), LANES):
+        count = _load_elements(S, edges, R, first)
+        _load(S, OUT, d, first, count)
+        _load(S, OUT + 6, d[1:], first, count)
+        for lane in range(ALL):
+            s, w, psi, e1, e2, e3 = mean_frame(read_matrix(S, 0, lane), read_matrix(S, 9, lane))
+            edge, u1, u2 = read(S, EDGE, lane), read(S, OUT, lane), read(S, OUT + 6, lane)
+            a1, a2 = read(S, OUT + 3, lane), read(S, OUT + 9, lane)
+            u, A, D = add(u2, times(-1.0, u1)), times(0.5, add(a1, a2)), add(a2, times(-1.0, a1))
+            c, u = (dot(e1, edge), dot(e2, edge), dot(e3, edge)), (dot(e1, u), dot(e2, u), dot(e3, u))
+            A, D = (dot(e1, A), dot(e2, A), dot(e3, A)), (dot(e1, D), dot(e2, D), dot(e3, D))
+            r, q = _r(dot(psi, psi), s), 0.25 / (s * (1.0 + w))
+            dpsi = add(times(s, D), times(r * dot(psi, D), psi))
+            dc = add(u, cross(c, add(A, times(-q, cross(psi, D)))))
+            bent = combined(dot(psi, dpsi) / 12.0, c, -dot(c, dpsi) / 24.0, psi, -dot(psi, c) / 24.0, dpsi)
+            write(S, OUT + 12, lane, add(_straightened(psi, add(c, dc)), bent))
+            write(S, OUT + 15, lane, add(psi, dpsi))
+        for lane in range(np.uint64(count)):
+            i, gamma, angles = first + np.int64(lane), read(S, OUT + 12, lane), read(S, OUT + 15, lane)
+            for k in range(3):
+                stress[i, k] = axial[i, k] * (gamma[k] - chord[i, k])
+                stress[i, 3 + k] = bending[i, k] * (angles[k] - twist[i, k])
     return stress
 
 

@@ -22,7 +22,8 @@ def test_assembly_is_the_oracle(angle):
     """Forces and blocks are the sums of the elements' forces and matrices, to 1e-12."""
     edges, R, data = random_chain(7, angle, seed=2)
     f, K = scatter(forces(edges, R, data), stiffness(edges, R, data))
-    diagonal, upper = kernels.assemble_blocks(*arguments(edges, R, data))
+    stress, _, _ = kernels.rest_in_motion(*arguments(edges, R, data), 0.0)
+    diagonal, upper = kernels.assemble_blocks(edges, R, data.axial, data.bending, stress)
     blocks = K.reshape(8, 6, 8, 6).transpose(0, 2, 1, 3)
     i = np.arange(8)
     np.testing.assert_allclose(diagonal, blocks[i, i], atol=1e-12)
