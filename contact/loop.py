@@ -88,7 +88,7 @@ def march(system: System, scene: Scene, sink: Sink, first: int = 0, start: Float
             now, substeps, start = t, substeps + 1, result.lam
             passes, iterations = passes + result.passes, iterations + result.iterations
             dt = min(2 * dt, size)
-        total = replace(result, passes=passes, iterations=iterations)
+        total = result if substeps == 1 else replace(result, passes=passes, iterations=iterations)
         sink(AcceptedStep(number, target, size, substeps, total, True, system.clock.lap()))
 
 

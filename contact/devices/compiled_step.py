@@ -108,7 +108,7 @@ class CompiledStep:
         seconds = np.zeros(5)
         wanted = np.array([limits.complementarity, limits.equilibrium, limits.surface_error, limits.penetration])
         counts, residuals, state, inertial, sight, foot, looked, planes, forces, last, blocks, strains = kernel.advance(
-            self._wall, self._device, self._drives, scheme, parts.Motion(*body.configuration()),
+            self._wall, self._device, self._drives, scheme, parts.Motion(*body.state()),
             parts.Sight(*pair.sight(), pair.foot), pair.accepted, pair.clear, motion, load.ravel(), start, wanted,
             system.precision, max_passes, seconds,
         )  # fmt: skip

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ast
+import math
+from contextlib import suppress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +16,11 @@ FUNCTIONS = (
     "abs", "arccos", "arcsin", "arctan", "arctan2", "cos", "cosh", "exp", "log", "sin", "sinh", "sqrt", "tan", "tanh",
     "where",
 )  # fmt: skip
-_SCALARS = {"__builtins__": {}} | {name: getattr(np, name) for name in FUNCTIONS}
+_BARE = {"__builtins__": {}, "x": 0.0, "y": 0.0, "z": 0.0, "pi": math.pi}
+_ARRAYS = _BARE | {name: getattr(np, name) for name in FUNCTIONS}
+# The same for plain numbers, in a tenth of the time
+_SCALARS = _BARE | {name: getattr(math, name.replace("arc", "a"), abs) for name in FUNCTIONS}
+_SCALARS["where"] = lambda condition, a, b: a if condition else b
 
 
 class Expression:
@@ -41,6 +47,7 @@ class Expression:
             )
         self.text = text
         self._code = compile(tree, "<expression>", "eval")
+        self._plain = not any(_is_numpys(node) for node in ast.walk(tree))
         try:
             self(np.ones((1, 3)), 1.0)
         except Exception as error:  # numexpr raises whatever its parser came upon
@@ -48,11 +55,12 @@ class Expression:
 
     def at(self, t: float) -> float:
         """The value at the origin and time t: what a motion or load of a single place asks for in every step."""
+        if self._plain:
+            with suppress(ArithmeticError, ValueError):
+                return float(eval(self._code, _SCALARS, {"t": float(t)}))
         try:
             with np.errstate(all="ignore"):
-                return float(
-                    eval(self._code, _SCALARS, {"x": 0.0, "y": 0.0, "z": 0.0, "t": np.float64(t), "pi": np.pi})
-                )
+                return float(eval(self._code, _ARRAYS, {"t": np.float64(t)}))
         except ArithmeticError:
             return np.nan
 
@@ -66,3 +74,10 @@ class Expression:
         with np.errstate(all="ignore"):  # a body says of a value that is not finite where it stands
             values = numexpr.evaluate(self.text, local_dict=known, global_dict={})
         return np.broadcast_to(values, len(points)).astype(float)
+
+
+def _is_numpys(node: ast.AST) -> bool:
+    """Whether Python has another answer: to ~ of a truth value, and to a root of a negative number."""
+    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow):
+        return not (isinstance(node.right, ast.Constant) and isinstance(node.right.value, int))
+    return isinstance(node, ast.Invert)

@@ -76,7 +76,7 @@ class Beam:
             self.fixed[6 * drive.node + np.array(drive.components, dtype=int)] = True
         self.modes = np.zeros((6 * n, 0))
         self.size = float(np.ptp(x, axis=0).max())
-        self._history: State = self.configuration()
+        self._history: State = self.state()
         # x − x_n; as a difference of positions it would lose the digits of short steps.
         self._motion = np.zeros_like(x)
         self._J = np.zeros_like(R)  # the spatial inertia of the nodes at the start of a step
@@ -90,7 +90,6 @@ class Beam:
         # Moments are measured against forces by an element's length.
         self.reach = float(radius.max()) or float(data.length.max())
         self.unit = np.tile(np.repeat([1.0, 1 / float(data.length.mean())], 3), n)
-        self._least = least_force(data)
         free = unheld(x, self.fixed, self.size) if inertia is None else 0
         if free:
             raise ValueError(
@@ -115,17 +114,14 @@ class Beam:
         """The unknowns that A does not move."""
         return self.fixed
 
-    def configuration(self) -> State:
-        """Nodes, frames, edges and velocities; whatever moves them makes new ones."""
-        return self.x, self.R, self.edges, self.v, self.w
-
     def state(self) -> State:
-        """What a rejected step must give back."""
-        return tuple(part.copy() for part in self.configuration())
+        """Nodes, frames, edges and velocities: what a rejected step must give back. Whatever moves makes new ones."""
+        return self.x, self.R, self.edges, self.v, self.w
 
     def restore(self, state: State) -> None:
         """Return to a `state`."""
-        self.x, self.R, self.edges, self.v, self.w = (part.copy() for part in state)
+        self.x, self.R, self.edges, self.v, self.w = state
+        self._motion = np.zeros_like(self.x)
         self._moved()
 
     def checkpoint(self) -> dict[str, Floats]:
@@ -196,7 +192,6 @@ class Beam:
         self._shift(d)
         rest = float(np.linalg.norm(self.residual() * self.unit))
         self.restore(self._history)
-        self._motion[:] = 0.0
         return rest if np.isfinite(rest) else np.inf
 
     def _follow(self, drive: Drive, motion: Floats, d: Floats) -> None:
@@ -223,7 +218,6 @@ class Beam:
             # b K v as a stress of the rate of strain: (1 + b/dt) C (γ − γ₀'), with γ₀' between γ₀ and γ_n.
             axial, bending = (1 + rate) * data.axial, (1 + rate) * data.bending
             self._damped = BeamData(data.length, chord, twist, axial, bending)
-            self._least = least_force(self._damped)
         return stress
 
     def renew(self, cautious: bool = False) -> None:
@@ -330,11 +324,10 @@ class Beam:
         strains : as of a `BeamData`, with damping in them
         matrix, shown : the last A, as `Chain.adopt` takes it
         """
-        self._history, self._integrator, self.load, self._line = self.configuration(), integrator, load, None
+        self._history, self._integrator, self.load, self._line = self.state(), integrator, load, None
         self.x, self.R, self.edges, self.v, self.w = configuration
         self._moved()
         self._motion, self._J, self._damped = motion, J, BeamData(self.data.length, *strains)
-        self._least = least_force(self._damped)
         self.matrix.adopt(*matrix, shown)
 
     # --- forces ---------------------------------------------------------------------------------------------------
@@ -381,7 +374,7 @@ class Beam:
         """‖f_int + inertia − f_ext − Hᵀλ‖ over the sum of the norms; moments count over an element's length."""
         inner, outer = self._balance()
         norms = nodal_kernels.norms(inner, outer, contact, self.fixed, self.unit)
-        ratio = float(norms[0] / max(norms[1] + norms[2] + norms[3], self._least))
+        ratio = float(norms[0] / max(norms[1] + norms[2] + norms[3], least_force(self._damped)))
         return ratio if np.isfinite(ratio) else 1.0
 
     def reactions(self) -> Floats:

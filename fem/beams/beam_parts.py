@@ -48,13 +48,13 @@ class BeamLoads:
         the masses (N) [kg] that gravity pulls.
         """
         f, line = np.zeros((len(weights), 6)), None
+        if self.gravity is not None:
+            np.multiply(weights[:, None], self.gravity(t), out=f[:, :3])
         if self.line is not None:
             line = self.line(t)
             half = length[:, None] / 2 * line
             f[:-1, :3] += half
             f[1:, :3] += half
-        if self.gravity is not None:
-            f[:, :3] += weights[:, None] * self.gravity(t)
         for node, value in self.points:
             f[node] += value(t)
         return f, line
