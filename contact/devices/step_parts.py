@@ -20,9 +20,10 @@ from contact.solvers import kernels as active_sets
 from contact.solvers.columns import EPSILON, PIVOT
 from contact.solvers.problem import SOLVED
 from contact.solvers.warm import BLOCKS
+from contact.surfaces.convolution import FOLLOWED
 from contact.surfaces.implicit import Foot
 from contact.surfaces.surface_kernels import Network, lower_bounds, potentials
-from contact.surfaces.surface_newton import beside, closest
+from contact.surfaces.surface_newton import beside, closest, outward
 from contact.surfaces.surface_roots import roots
 from fem.beams import beam_kernels, frame_kernels, nodal_kernels
 
@@ -169,7 +170,7 @@ def look(wall: Wall, device: Device, sight: Sight, at: Floats, chosen: Bools, re
     slack, far = 1e-9 * device.thick, 4.0 * device.thick
     if len(rows):
         x, guess = device_kernels.moved_along(rows, at, sight.seen, sight.foot)
-        found = closest(wall.net, x, guess, wall.sign, 50)
+        found = closest(wall.net, x, guess, wall.sign, FOLLOWED)
         lost = rows[
             device_kernels.settle(
                 rows, x, found, device.radius, sight.foot, sight.known, sight.seen, sight.followed, sight.drift,
@@ -193,7 +194,7 @@ def look(wall: Wall, device: Device, sight: Sight, at: Floats, chosen: Bools, re
     rows, x, bound = anew[near], x[near], bound[near]
     if not len(rows):
         return True
-    found = closest(wall.net, x, x, wall.sign, 50)
+    found = closest(wall.net, x, outward(wall.net, x), wall.sign, 50)
     lost = _doubted(found[0], bound)
     if len(lost):
         other = closest(wall.net, x[lost], beside(wall.kind, wall.data, x[lost]), wall.sign, 200)

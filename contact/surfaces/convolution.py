@@ -18,11 +18,15 @@ from contact.surfaces import surface_kernels as kernels
 from contact.surfaces.implicit import Foot
 from contact.surfaces.index import network
 from contact.surfaces.segment_kernel import columns, pieces
-from contact.surfaces.surface_newton import beside, closest
+from contact.surfaces.surface_newton import beside, closest, outward
 from contact.surfaces.surface_roots import roots
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+
+
+# Newton's method reaches a foot that is near from its guess in a few steps, or not at all.
+FOLLOWED = 12
 
 
 def bulge(count: int, reach: float, sharpness: float) -> float:
@@ -123,8 +127,8 @@ class ConvolutionSurface:
         """
         x = np.ascontiguousarray(x)
         if guess is not None:
-            return Foot(*closest(self.net, x, np.ascontiguousarray(guess), self.sign, 50))
-        foot = Foot(*closest(self.net, x, x, self.sign, 50))
+            return Foot(*closest(self.net, x, np.ascontiguousarray(guess), self.sign, FOLLOWED))
+        foot = Foot(*closest(self.net, x, outward(self.net, x), self.sign, 50))
         if self._doubt(x, foot):
             self._find_lost(x, foot)
         return foot

@@ -149,3 +149,36 @@ def beside(kind: Ints, data: Floats, x: Floats) -> Floats:
                 scale = r / max(rho, 1e-300)
                 out[i, 0], out[i, 1], out[i, 2] = c0 + scale * v0, c1 + scale * v1, c2 + scale * v2
     return out
+
+
+@njit(cache=True, error_model="numpy")
+def outward(net: Network, x: Floats) -> Floats:
+    """For each x the point at the radius of the chain or ball of its cell that it is deepest in, (points, 3).
+
+    As a rule the foot is next to it: no wall is nearer to x. It is x itself on an axis, from where any direction leads
+    to the wall, and where only plates are near, or nothing.
+    """
+    constants, table, keys, cells, _, groups, slots, _, balls = net
+    out, place = x.copy(), NOWHERE
+    for i in range(len(x)):
+        x0, x1, x2 = x[i, 0], x[i, 1], x[i, 2]
+        place = locate(constants, table, keys, x0, x1, x2, place)
+        deepest = -np.inf
+        first, last = (cells[place[3], 0], cells[place[3], 1]) if place[3] >= 0 else (0, 0)
+        for g in range(first, last):
+            for n in range(groups[g, 1], groups[g, 2] if groups[g, 0] != TRIANGLE else 0):
+                if groups[g, 0] == SEGMENT:
+                    t0, t1, t2, length = slots[3, n], slots[4, n], slots[5, n], slots[6, n]
+                    if length == 0.0:  # fills up a block
+                        continue
+                    v0, v1, v2 = x0 - slots[0, n], x1 - slots[1, n], x2 - slots[2, n]
+                    s = min(max(v0 * t0 + v1 * t1 + v2 * t2, 0.0), length)
+                    v0, v1, v2, r = v0 - s * t0, v1 - s * t1, v2 - s * t2, slots[7, n] + s * slots[8, n]
+                else:
+                    v0, v1, v2, r = x0 - balls[n, 0], x1 - balls[n, 1], x2 - balls[n, 2], balls[n, 3]
+                rho = np.sqrt(v0 * v0 + v1 * v1 + v2 * v2)
+                if r - rho > deepest:
+                    deepest = r - rho
+                    scale = r / rho - 1.0 if rho > 1e-6 * r else 0.0
+                    out[i, 0], out[i, 1], out[i, 2] = x0 + scale * v0, x1 + scale * v1, x2 + scale * v2
+    return out
