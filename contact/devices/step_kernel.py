@@ -114,8 +114,8 @@ def advance(
     contact = apply_transpose(planes.rows, device.first, lam, n)
     charge(seconds, stamp, DETECT)
 
-    inverse, ratio = np.empty((N, 6, 6)), np.empty((N - 1, 6, 6))
-    diagonal, upper, brace, gap, q = inverse, ratio, lam, lam, lam
+    factor = chain_kernels.room(N)
+    diagonal, upper, brace, gap, q = J, J, lam, lam, lam
     rows, order, state = np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), np.zeros(4, dtype=np.int64)
     W, own, U = np.empty((0, 0)), np.empty((0, 12)), np.empty((0, 0))
     shown = chain_kernels.DEFINITE
@@ -140,7 +140,7 @@ def advance(
                 beam_kernels.add_element_blocks(diagonal, upper, elements, blocks)
                 chain_kernels.hold(diagonal, upper, device.fixed)
                 charge(seconds, stamp, ASSEMBLE)
-                shown = chain_kernels.factor(diagonal, upper, inverse, ratio)
+                shown = chain_kernels.factor(diagonal, upper, factor)
                 charge(seconds, stamp, FACTOR)
                 if not passes or shown != chain_kernels.INDEFINITE:
                     break
@@ -150,7 +150,7 @@ def advance(
 
         # The free motion, with the contact forces of before, and what it could bring to the wall
         rest = (load - inner + contact).reshape(1, -1)
-        u = chain_kernels.solve(inverse, ratio, device.fixed, rest)[0]
+        u = chain_kernels.solve(factor, device.fixed, rest)[0]
         charge(seconds, stamp, FACTOR)
         if not passes:
             free_x, free_R, _ = frame_kernels.update(x, R, edges, u.reshape(-1, 6))
@@ -180,7 +180,7 @@ def advance(
             rows = np.flatnonzero(chosen)
             own = planes.rows[rows]
             charge(seconds, stamp, DETECT)
-            W = chain_kernels.delassus(own, device.element[rows], inverse, ratio)
+            W = chain_kernels.delassus(own, device.element[rows], factor)
             order, U = np.empty(len(rows), dtype=np.int64), np.empty((len(rows), len(rows)))
             state[0] = 0
             charge(seconds, stamp, DELASSUS)
@@ -198,7 +198,7 @@ def advance(
 
         # The corrective motion, as far as its linearisation holds
         rest = apply_transpose(own, device.first[rows], found - guess, n).reshape(1, -1)
-        d = (u + chain_kernels.solve(inverse, ratio, device.fixed, rest)[0]).reshape(-1, 6)
+        d = (u + chain_kernels.solve(factor, device.fixed, rest)[0]).reshape(-1, 6)
         shift, turn = nodal_kernels.furthest(d)
         d = d / max(turn / TURN, shift / (SHIFT * device.reach), 1.0)
         last_edges, last_R, last_d = edges, R, d
@@ -266,6 +266,6 @@ def advance(
         (planes.offset, planes.normals, planes.every, planes.rows, movable, met, shown_rows),
         (lam, gap),
         (rows, own, W, q, state[3]),
-        (diagonal, upper, inverse, ratio),
+        (diagonal, upper, factor),
         (data.chord, data.twist, data.axial, data.bending),
     )

@@ -311,7 +311,7 @@ class Beam:
         motion: Floats,
         J: Floats,
         strains: tuple[Floats, Floats, Floats, Floats],
-        matrix: tuple[Floats, Floats, Floats, Floats],
+        matrix: tuple[Floats, Floats, Floats],
         shown: int,
     ) -> None:
         """Take over a step from the present state that was solved elsewhere.

@@ -35,8 +35,8 @@ class Chain:
     def __init__(self, fixed: Bools) -> None:
         nodes = len(fixed) // 6
         self.fixed = fixed
-        self._inverse, self._ratio = np.empty((nodes, 6, 6)), np.empty((nodes - 1, 6, 6))
-        self._diagonal, self._upper = self._inverse, self._ratio
+        self._factor = chain_kernels.room(nodes)
+        self._diagonal, self._upper = np.zeros((nodes, 6, 6)), np.zeros((nodes - 1, 6, 6))
 
     def fill(self, diagonal: Floats, upper: Floats) -> None:
         """Take the blocks (N, 6, 6) and (N − 1, 6, 6) over, with unit rows at prescribed unknowns."""
@@ -44,32 +44,32 @@ class Chain:
         self._diagonal, self._upper = diagonal, upper
         self.__dict__.pop("A", None)
 
-    def adopt(self, diagonal: Floats, upper: Floats, inverse: Floats, ratio: Floats, shown: int) -> None:
+    def adopt(self, diagonal: Floats, upper: Floats, factor: Floats, shown: int) -> None:
         """Take over a matrix with the unit rows in it, and its factor, which has `shown` what `factor` would return."""
-        self._diagonal, self._upper, self._inverse, self._ratio = diagonal, upper, inverse, ratio
+        self._diagonal, self._upper, self._factor = diagonal, upper, factor
         self.definite = shown == chain_kernels.DEFINITE
         self.__dict__.pop("A", None)
 
     def factor(self) -> None:
         """Eliminate; ArithmeticError where the matrix is singular."""
-        verdict = chain_kernels.factor(self._diagonal, self._upper, self._inverse, self._ratio)
+        verdict = chain_kernels.factor(self._diagonal, self._upper, self._factor)
         if verdict >= 0:
             raise ArithmeticError(f"the iteration matrix of a beam is singular at node {verdict}")
         self.definite = verdict == chain_kernels.DEFINITE
 
     def solve(self, B: Floats) -> Floats:
         """A⁻¹ B, (6 N, k), zero at prescribed unknowns."""
-        X: Floats = chain_kernels.solve(self._inverse, self._ratio, self.fixed, np.ascontiguousarray(B.T))
+        X: Floats = chain_kernels.solve(self._factor, self.fixed, np.ascontiguousarray(B.T))
         return X.T
 
     def delassus(self, values: Floats, elements: Ints) -> Floats | None:
         """H A⁻¹ Hᵀ (c, c) for rows with entries (c, 12) on given elements, zero at prescribed unknowns."""
         if chain_kernels.rising(elements):
-            W: Floats = chain_kernels.delassus(values, elements, self._inverse, self._ratio)
+            W: Floats = chain_kernels.delassus(values, elements, self._factor)
             return W
         order = np.argsort(elements, kind="stable")
         back = np.argsort(order)
-        sorted_W: Floats = chain_kernels.delassus(values[order], elements[order], self._inverse, self._ratio)
+        sorted_W: Floats = chain_kernels.delassus(values[order], elements[order], self._factor)
         return sorted_W[np.ix_(back, back)]
 
     @cached_property

@@ -1,9 +1,9 @@
 """Symmetric block-tridiagonal matrices of 6 × 6 blocks along a chain, compiled.
 
 With diagonal blocks Dᵢ and upper ones Eᵢ the elimination from the start leaves Sᵢ = Dᵢ − Eᵢ₋₁ᵀ Sᵢ₋₁⁻¹ Eᵢ₋₁; kept are
-Sᵢ⁻¹ and Uᵢ = Sᵢ⁻¹ Eᵢ. The blocks of the inverse on the diagonal are Zᵢ = Sᵢ⁻¹ + Uᵢ Zᵢ₊₁ Uᵢᵀ, and above it
-Zᵢⱼ = −Uᵢ Zᵢ₊₁,ⱼ (Takahashi, Fagan and Chen 1973), so that an entry of H A⁻¹ Hᵀ costs no solve over the whole chain.
-Oracle: PETSc's SeqBAIJ LU.
+Sᵢ⁻¹, Uᵢ = Sᵢ⁻¹ Eᵢ and its transpose, node by node in one array F (`block_products`). The blocks of the inverse on the
+diagonal are Zᵢ = Sᵢ⁻¹ + Uᵢ Zᵢ₊₁ Uᵢᵀ, and above it Zᵢⱼ = −Uᵢ Zᵢ₊₁,ⱼ (Takahashi, Fagan and Chen 1973), so that an entry
+of H A⁻¹ Hᵀ costs no solve over the whole chain. Oracle: PETSc's SeqBAIJ LU.
 """
 
 from __future__ import annotations
@@ -12,14 +12,43 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from fem.beams.block_products import (
+    MATRIX,
+    Six,
+    add_product,
+    along,
+    column,
+    columns,
+    copy,
+    load,
+    minus,
+    plus,
+    product,
+    put,
+    row,
+    rows,
+    times,
+    transpose,
+    weighed,
+)
+from fem.lanes import ALL, LANES
+
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
-Six = tuple[float, float, float, float, float, float]
-
 DEFINITE, INDEFINITE = -1, -2
 ZERO = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+# What a node has in F: S⁻¹, U and Uᵀ
+NODE, RATIO, TURNED = 3 * MATRIX, MATRIX, 2 * MATRIX
+# Places of matrices in the work array of a loop: for products within it alone the compiler sees that they are apart
+M0, M1, M2, M3, M4, M5, M6, M7 = (MATRIX * k for k in range(8))
+
+
+@njit(cache=True)
+def room(nodes: int) -> Floats:
+    """F for so many nodes."""
+    return np.zeros(nodes * NODE)
 
 
 @njit(cache=True)
@@ -74,170 +103,122 @@ def _invert(S: Floats, X: Floats) -> bool:
 
 
 @njit(cache=True, fastmath={"contract"}, forceinline=True)
-def _plus(six: Six, f: float, A: Floats, c: int) -> Six:
-    """Six numbers, and f times row c of A: they stay in registers."""
-    return (
-        six[0] + f * A[c, 0],
-        six[1] + f * A[c, 1],
-        six[2] + f * A[c, 2],
-        six[3] + f * A[c, 3],
-        six[4] + f * A[c, 4],
-        six[5] + f * A[c, 5],
-    )
-
-
-@njit(cache=True, fastmath={"contract"}, forceinline=True)
-def _along(A: Floats, a: int, x: Six) -> float:
-    """Row a of A times six numbers."""
-    product: float = A[a, 0] * x[0] + A[a, 1] * x[1] + A[a, 2] * x[2] + A[a, 3] * x[3] + A[a, 4] * x[4] + A[a, 5] * x[5]
-    return product
-
-
-@njit(cache=True, forceinline=True)
-def _put(A: Floats, a: int, six: Six) -> None:
-    """Six numbers into row a of A."""
-    A[a, 0], A[a, 1], A[a, 2], A[a, 3], A[a, 4], A[a, 5] = six
-
-
-@njit(cache=True, fastmath={"contract"}, forceinline=True)
-def _lower(S: Floats, L: Floats) -> bool:
-    """L ← L⁻¹ of the Cholesky factor of S, lower; False where S is not positive definite."""
-    for a in range(6):
-        for b in range(a + 1):
-            total = S[a, b]
-            for c in range(b):
-                total -= L[a, c] * L[b, c]
-            if a == b:
-                if not total > 0.0:
-                    return False
-                L[a, a] = 1.0 / np.sqrt(total)
-            else:
-                L[a, b] = total * L[b, b]
+def _eliminate(F: Floats, S: int, M: int, P: int) -> bool:
+    """M ← L⁻¹ and P ← the inverse pivots D⁻¹, where S = L D Lᵀ; overwrites S. False where a pivot is not positive."""
+    for k in range(6):
+        pivot = F[S + LANES * k + k]
+        if not pivot > 0.0:
+            return False
+        F[P + k] = 1.0 / pivot
+        F[M + LANES * k + k] = 1.0
+        for a in range(k + 1, 6):
+            f = F[S + LANES * a + k] * F[P + k]
+            F[M + LANES * a + k] = -f
+            for b in range(k + 1, a + 1):
+                F[S + LANES * a + b] -= f * F[S + LANES * b + k]
     for b in range(6):
         for a in range(b + 1, 6):
-            total = 0.0
-            for c in range(b, a):
-                total -= L[a, c] * L[c, b]
-            L[a, b] = total * L[a, a]
+            total = F[M + LANES * a + b]
+            for c in range(b + 1, a):
+                total += F[M + LANES * a + c] * F[M + LANES * c + b]
+            F[M + LANES * a + b] = total
+    return True
+
+
+@njit(cache=True)
+def _by_pivots(F: Floats, S: int, at: int) -> bool:
+    """F[at] ← S⁻¹ where S is indefinite; False where it is singular."""
+    A, X = np.empty((6, 6)), np.empty((6, 6))
+    for a in range(6):
+        for b in range(6):
+            A[a, b] = F[S + LANES * a + b]
+    if not _invert(A, X):
+        return False
+    for a in range(6):
+        for b in range(6):
+            F[at + LANES * a + b] = X[a, b]
     return True
 
 
 @njit(cache=True, fastmath={"contract"})
-def factor(diagonal: Floats, upper: Floats, inverse: Floats, ratio: Floats) -> int:
-    """Sᵢ⁻¹ (N, 6, 6) and Uᵢ (N − 1, 6, 6) into `inverse` and `ratio`.
+def factor(diagonal: Floats, upper: Floats, F: Floats) -> int:
+    """The elimination of blocks (N, 6, 6) and (N − 1, 6, 6) into F, which has `room` for it.
 
     Returns `DEFINITE`, `INDEFINITE` or the first singular node.
 
-    Where S = LLᵀ is positive definite, S⁻¹ = L⁻ᵀL⁻¹ and the next D − YᵀY, Y = L⁻¹E, are formed from L, which keeps the
-    digits that a product with the inverse loses; elsewhere by elimination with pivots.
+    Where S = L D Lᵀ has positive pivots D, S⁻¹ = L⁻ᵀD⁻¹L⁻¹ and the next S = D' − YᵀD⁻¹Y, Y = L⁻¹E, keep the digits that
+    a product with the inverse loses; elsewhere elimination is with row exchanges.
     """
-    S, L, Y = diagonal[0].copy(), np.zeros((6, 6)), np.zeros((6, 6))
-    last, verdict = len(diagonal) - 1, DEFINITE
+    last, verdict, work = len(diagonal) - 1, DEFINITE, np.zeros(8 * MATRIX)
+    S, K, L, E, Y, X, U, P = M0, M1, M2, M3, M4, M5, M6, M7
+    load(work, S, diagonal, 0)
     for i in range(last + 1):
-        X = inverse[i]
-        if _lower(S, L):
-            for a in range(6):
-                six = ZERO
-                for c in range(a, 6):
-                    six = _plus(six, L[c, a], L, c)
-                _put(X, a, six)
-            if i == last:
-                break
-            E, U, D = upper[i], ratio[i], diagonal[i + 1]
-            for a in range(6):
-                six = ZERO
-                for c in range(a + 1):
-                    six = _plus(six, L[a, c], E, c)
-                _put(Y, a, six)
-            for a in range(6):
-                six = ZERO
-                for c in range(a, 6):
-                    six = _plus(six, L[c, a], Y, c)
-                _put(U, a, six)
-            for a in range(6):
-                six = _plus(ZERO, 1.0, D, a)
-                for c in range(6):
-                    six = _plus(six, -Y[c, a], Y, c)
-                _put(S, a, six)
-            continue
-        verdict = INDEFINITE
-        if not _invert(S, X):
-            return i
+        copy(work, S, work, K)
+        if i < last:
+            load(work, E, upper, i)
+        definite = _eliminate(work, K, L, P)
+        if not definite:
+            verdict = INDEFINITE
+            if not _by_pivots(work, S, X):
+                return i
+        pivots = row(work, P)
+        transposed = weighed(columns(work, L), pivots)
+        if definite:
+            product(1.0, transposed, work, L, X)
+        copy(work, X, F, NODE * i)
         if i == last:
             break
-        E, U, D = upper[i], ratio[i], diagonal[i + 1]
-        for a in range(6):
-            six = ZERO
-            for c in range(6):
-                six = _plus(six, X[a, c], E, c)
-            _put(U, a, six)
-        for a in range(6):
-            for b in range(a, 6):
-                total = D[a, b]
-                for c in range(6):
-                    total -= E[c, a] * U[c, b]
-                S[a, b] = S[b, a] = total
+        load(work, S, diagonal, i + 1)
+        if definite:
+            product(1.0, rows(work, L), work, E, Y)
+            product(1.0, transposed, work, Y, U)
+            add_product(-1.0, weighed(columns(work, Y), pivots), work, Y, S)
+        else:
+            product(1.0, rows(work, X), work, E, U)
+            add_product(-1.0, columns(work, E), work, U, S)
+        copy(work, U, F, NODE * i + RATIO)
+        transpose(work, U, F, NODE * i + TURNED)
     return verdict
 
 
 @njit(cache=True, fastmath={"contract"})
-def solve(inverse: Floats, ratio: Floats, fixed: Bools, B: Floats) -> Floats:
+def solve(F: Floats, fixed: Bools, B: Floats) -> Floats:
     """A⁻¹ B for k right-hand sides stored one after the other (k, 6 N), zero at fixed unknowns (6 N)."""
-    N = len(inverse)
+    N = len(fixed) // 6
     X = B.copy()
-    blocks = X.reshape(len(B), N, 6)
     for j in range(len(B)):
-        rows = blocks[j]  # by its number, as an item of an iteration it is not known to be contiguous
-        for i in range(N):
-            for a in range(6):
-                if fixed[6 * i + a]:
-                    rows[i, a] = 0.0
-        six = _plus(ZERO, 1.0, rows, 0)
+        x = X[j]
+        for i in range(6 * N):
+            if fixed[i]:
+                x[i] = 0.0
+        six = row(x, 0)
         for i in range(1, N):
-            U, above = ratio[i - 1], six
-            six = _plus(ZERO, 1.0, rows, i)
-            six = _plus(_plus(_plus(six, -above[0], U, 0), -above[1], U, 1), -above[2], U, 2)
-            six = _plus(_plus(_plus(six, -above[3], U, 3), -above[4], U, 4), -above[5], U, 5)
-            _put(rows, i, six)
+            at, above = NODE * (i - 1) + RATIO, six
+            six = row(x, 6 * i)
+            six = plus(six, -above[0], row(F, at))
+            six = plus(six, -above[1], row(F, at + LANES))
+            six = plus(six, -above[2], row(F, at + 2 * LANES))
+            six = plus(six, -above[3], row(F, at + 3 * LANES))
+            six = plus(six, -above[4], row(F, at + 4 * LANES))
+            six = plus(six, -above[5], row(F, at + 5 * LANES))
+            put(x, 6 * i, six)
         for i in range(N - 1, -1, -1):
-            S, below = inverse[i], six
+            at, below = NODE * i, six
             six = ZERO
             for c in range(6):
-                six = _plus(six, rows[i, c], S, c)
+                six = plus(six, x[6 * i + c], row(F, at + LANES * c))
             if i + 1 < N:
-                U = ratio[i]
+                U = at + RATIO
                 six = (
-                    six[0] - _along(U, 0, below),
-                    six[1] - _along(U, 1, below),
-                    six[2] - _along(U, 2, below),
-                    six[3] - _along(U, 3, below),
-                    six[4] - _along(U, 4, below),
-                    six[5] - _along(U, 5, below),
+                    six[0] - along(row(F, U), below),
+                    six[1] - along(row(F, U + LANES), below),
+                    six[2] - along(row(F, U + 2 * LANES), below),
+                    six[3] - along(row(F, U + 3 * LANES), below),
+                    six[4] - along(row(F, U + 4 * LANES), below),
+                    six[5] - along(row(F, U + 5 * LANES), below),
                 )
-            _put(rows, i, six)
+            put(x, 6 * i, six)
     return X
-
-
-@njit(cache=True, fastmath={"contract"})
-def diagonal_of_inverse(inverse: Floats, ratio: Floats) -> Floats:
-    """Zᵢ = (A⁻¹)ᵢᵢ, (N, 6, 6)."""
-    N = len(inverse)
-    Z = inverse.copy()
-    T, V = np.empty((6, 6)), np.empty((6, 6))
-    for i in range(N - 2, -1, -1):
-        U = ratio[i]
-        for a in range(6):
-            six = ZERO
-            for c in range(6):
-                six = _plus(six, U[a, c], Z[i + 1], c)
-                V[c, a] = U[a, c]
-            _put(T, a, six)
-        for a in range(6):
-            six = _plus(ZERO, 1.0, Z[i], a)
-            for c in range(6):
-                six = _plus(six, T[a, c], V, c)
-            _put(Z[i], a, six)
-    return Z
 
 
 @njit(cache=True)
@@ -259,51 +240,57 @@ def _combined(
         result[j] = f0 * a[j] + f1 * b[j] + f2 * c[j] + f3 * d[j] + f4 * e[j] + f5 * f[j]
 
 
+@njit(cache=True, fastmath={"contract"}, forceinline=True)
+def _begin(F: Floats, node: int, work: Floats, Z: int, h: Six, g: Six) -> tuple[Six, Six]:
+    """A⁻¹Hᵀ at a node and at the next one, for a row of H with entries h and g at them."""
+    U = node + RATIO
+    w = plus(plus(plus(g, -h[0], row(F, U)), -h[1], row(F, U + LANES)), -h[2], row(F, U + 2 * LANES))
+    w = plus(plus(plus(w, -h[3], row(F, U + 3 * LANES)), -h[4], row(F, U + 4 * LANES)), -h[5], row(F, U + 5 * LANES))
+    below = times(rows(work, Z), w)
+    return minus(times(rows(F, node), h), times(rows(F, U), below)), below
+
+
 @njit(cache=True, fastmath={"reassoc", "contract"})
-def delassus(values: Floats, element: Ints, inverse: Floats, ratio: Floats) -> Floats:
+def delassus(values: Floats, element: Ints, F: Floats) -> Floats:
     """W = H A⁻¹ Hᵀ for rows with entries `values` (c, 12) at the nodes e, e + 1 of their elements (c) in rising order.
 
     The columns of A⁻¹Hᵀ are carried up the chain together, from their own elements to its start: the other half of W is
     its transpose.
     """
-    c, N = len(values), len(inverse)
-    W = np.empty((c, c))
-    Z = diagonal_of_inverse(inverse, ratio)
+    c, end = len(values), len(F)
+    W, work = np.empty((c, c)), np.zeros(4 * MATRIX)
+    Z, T, U, V = M0, M1, M2, M3
     here, below = np.zeros((6, c)), np.zeros((6, c))
     first_half, second_half = np.empty(c), np.empty(c)
+    copy(F, end - NODE, work, Z)
     # Columns stand in falling order: those that have begun come first.
-    begun, row = 0, c - 1
-    for i in range(N - 2, -1, -1):
-        U, X, last = ratio[i], inverse[i], Z[i + 1]
+    r = c - 1
+    for node in range(end - 2 * NODE, -1, -NODE):
+        if r < 0:
+            break
+        copy(F, node + RATIO, work, U)
+        copy(F, node + TURNED, work, V)
         # Six factors at a time: each number is stored once.
         for a in range(6):
-            _combined(-U[a, 0], -U[a, 1], -U[a, 2], -U[a, 3], -U[a, 4], -U[a, 5], below, begun, here[a])
-        first = row
-        while row >= 0 and element[row] == i:
-            h, j = values[row], c - 1 - row
+            f = row(work, U + LANES * a)
+            _combined(-f[0], -f[1], -f[2], -f[3], -f[4], -f[5], below, c - 1 - r, here[a])
+        first = r
+        while r >= 0 and NODE * element[r] == node:
+            at_node, at_next = _begin(F, node, work, Z, row(values[r], 0), row(values[r], 6))
             for a in range(6):
-                total = 0.0
-                for b in range(6):
-                    w = h[6 + b]
-                    for k in range(6):
-                        w -= U[k, b] * h[k]
-                    total += last[a, b] * w
-                below[a, j] = total
-            for a in range(6):
-                total = 0.0
-                for b in range(6):
-                    total += X[a, b] * h[b] - U[a, b] * below[b, j]
-                here[a, j] = total
-            row -= 1
-        begun = c - 1 - row
-        for r in range(first, row, -1):
-            h, n = values[r], c - r
+                here[a, c - 1 - r], below[a, c - 1 - r] = at_node[a], at_next[a]
+            r -= 1
+        for i in range(first, r, -1):
+            h, n = values[i], c - i
             _combined(h[0], h[1], h[2], h[3], h[4], h[5], here, n, first_half)
             _combined(h[6], h[7], h[8], h[9], h[10], h[11], below, n, second_half)
             for j in range(n):
-                # column j stands for row c − 1 − j ≥ r
-                W[r, c - 1 - j] = first_half[j] + second_half[j]
+                # column j stands for row c − 1 − j ≥ i
+                W[i, c - 1 - j] = first_half[j] + second_half[j]
         here, below = below, here
+        product(1.0, rows(work, U), work, Z, T)
+        copy(F, node, work, Z)
+        add_product(1.0, rows(work, T), work, V, Z)
     for i in range(c):
         for j in range(i):
             W[i, j] = W[j, i]

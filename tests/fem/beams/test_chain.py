@@ -141,17 +141,6 @@ def test_rising():
     assert not chain_kernels.rising(np.array([0, 2, 1]))
 
 
-def test_diagonal_of_the_inverse():
-    """Takahashi's recursion against the inverse itself."""
-    _, matrix = filled()
-    diagonal, upper, _ = blocks()
-    inverse, ratio = np.empty((NODES, 6, 6)), np.empty((NODES - 1, 6, 6))
-    chain_kernels.hold(diagonal, upper, FIXED)
-    assert chain_kernels.factor(diagonal, upper, inverse, ratio) == -1
-    parts = np.linalg.inv(matrix).reshape(NODES, 6, NODES, 6).swapaxes(1, 2)
-    close(chain_kernels.diagonal_of_inverse(inverse, ratio), parts[np.arange(NODES), np.arange(NODES)])
-
-
 @pytest.mark.parametrize(
     "elements",
     [
