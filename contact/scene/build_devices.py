@@ -35,6 +35,7 @@ from meshes.centrelines import Centreline
 
 Floats = NDArray[np.float64]
 Load = Callable[[float], Floats]
+Numbers = Callable[[float], list[float]]
 
 
 def beam_of(table: BeamTable, dynamic: bool, folder: Path) -> Beam:
@@ -132,19 +133,20 @@ def _node(table: BeamTable, at: Any, rest: Centreline) -> int:
 def _drive(table: BeamTable, support: BeamSupportTable, rest: Centreline, start: Centreline) -> Drive:
     node = _node(table, support.at, rest)
     tangent = start.frames[node][:, 0]
-    parts = []  # only what the support names is evaluated, in every step
+    parts: list[tuple[int, Numbers]] = []  # only what the support names is evaluated, in every step
     for first, along, vector in ((0, support.push, support.displacement), (3, support.twist, support.rotation)):
         if vector:
-            parts.append((slice(first, first + 3), _function(vector), 1.0))
+            parts.append((first, _numbers(vector)))
         if along:
-            parts.append((slice(first, first + 3), _function([along]), tangent))
+            parts.append((first, _along(_numbers([along]), tangent.tolist())))
 
     def motion(t: float) -> Floats:
-        value = np.zeros(6)
-        with np.errstate(invalid="ignore"):  # a beam says what is not finite
-            for where, function, direction in parts:
-                value[where] += function(t) * direction
-        return value
+        """The sum of the parts; plain numbers, as a few of them cost more as arrays."""
+        value = [0.0] * 6
+        for first, numbers in parts:
+            for k, number in enumerate(numbers(t), first):
+                value[k] += number
+        return np.array(value)
 
     components = tuple(sorted(FREEDOMS.index(freedom) for freedom in set(support.hold)))
     return Drive(node, components, motion if parts else None)
@@ -206,18 +208,32 @@ def _inertia(table: BeamTable, rest: Centreline, profiles: list[Profile]) -> Bea
     return BeamInertia(nodes, shared * mass, turning, (a, b), (x, y, z))
 
 
-def _function(values: list[Any]) -> Callable[[float], Floats]:
+def _numbers(values: list[Any]) -> Numbers:
     """Numbers, expressions in t or functions of t as one function of t."""
+    parts = [
+        Expression(value).at if isinstance(value, str) else value if callable(value) else lambda t, value=value: value
+        for value in values
+    ]
+    return lambda t: [float(part(t)) for part in parts]
+
+
+def _along(numbers: Numbers, direction: list[float]) -> Numbers:
+    """A number times a vector."""
+
+    def function(t: float) -> list[float]:
+        (number,) = numbers(t)
+        return [number * component for component in direction]
+
+    return function
+
+
+def _function(values: list[Any]) -> Callable[[float], Floats]:
+    """The same as an array."""
     if all(isinstance(value, int | float) for value in values):
         fixed = np.array(values, dtype=float)
         return lambda t: fixed
-    parts = [Expression(value) if isinstance(value, str) else value for value in values]
-
-    def function(t: float) -> Floats:
-        values = [part.at(t) if isinstance(part, Expression) else part(t) if callable(part) else part for part in parts]
-        return np.array(values, dtype=float)
-
-    return function
+    numbers = _numbers(values)
+    return lambda t: np.array(numbers(t))
 
 
 def device_contact(table: ContactTable, body: Beam, surface: Any) -> DeviceContact:

@@ -9,8 +9,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from fem.beams import nodal_kernels
+
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+
+NONE = np.zeros(3)
 
 
 @dataclass(frozen=True)
@@ -47,9 +51,8 @@ class BeamLoads:
         Half of a line load is at each node; what the interpolation adds depends on the tangents there. `weights` are
         the masses (N) [kg] that gravity pulls.
         """
-        f, line = np.zeros((len(weights), 6)), None
-        if self.gravity is not None:
-            np.multiply(weights[:, None], self.gravity(t), out=f[:, :3])
+        f: Floats = nodal_kernels.weight(weights, NONE if self.gravity is None else self.gravity(t))
+        line = None
         if self.line is not None:
             line = self.line(t)
             half = length[:, None] / 2 * line

@@ -10,6 +10,16 @@ Floats = NDArray[np.float64]
 
 
 @njit(cache=True, error_model="numpy")
+def weight(mass: Floats, acceleration: Floats) -> Floats:
+    """Forces of an acceleration (3) on masses at the nodes (N), with no moments, (N, 6)."""
+    f = np.zeros((len(mass), 6))
+    for i in range(len(mass)):
+        for a in range(3):
+            f[i, a] = mass[i] * acceleration[a]
+    return f
+
+
+@njit(cache=True, error_model="numpy")
 def add_inertia(diagonal: Floats, upper: Floats, nodes: Floats, links: Floats, J: Floats, factor: float) -> None:
     """Add `factor` times the mass: nodes (N) and links (N − 1) [kg] on translations, J (N, 3, 3) on rotations."""
     for i in range(len(nodes)):
