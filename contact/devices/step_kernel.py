@@ -200,7 +200,9 @@ def advance(
         rest = apply_transpose(own, device.first[rows], found - guess, n).reshape(1, -1)
         d = (u + chain_kernels.solve(factor, device.fixed, rest)[0]).reshape(-1, 6)
         shift, turn = nodal_kernels.furthest(d)
-        d = d / max(turn / TURN, shift / (SHIFT * device.reach), 1.0)
+        over = max(turn / TURN, shift / (SHIFT * device.reach))
+        if over > 1.0:
+            d = d / over
         last_edges, last_R, last_d = edges, R, d
         x, R, edges = frame_kernels.update(x, R, edges, d)
         moved = moved + d[:, :3]

@@ -16,8 +16,9 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Terms = tuple[float, float, float, float, float, float, float, float, float, float]
 
-# Segments of a chain come in blocks of as many as a processor adds at once; empty ones fill them up.
-BLOCK = 4
+# Segments of a chain come in blocks of as many as a processor adds at once; empty ones fill them up. Where it adds eight,
+# four would be added one by one.
+BLOCK = 8
 COLUMNS = 10
 QUADRATURE = 1e-8
 _RULE = np.polynomial.legendre.leggauss(4)

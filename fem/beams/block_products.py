@@ -122,6 +122,8 @@ def transpose(F: Floats, at: int, G: Floats, to: int) -> None:
     for a in range(6):
         for b in range(6):
             G[to + LANES * a + b] = F[at + LANES * b + a]
+        for b in range(6, LANES):
+            G[to + LANES * a + b] = 0.0
 
 
 @njit(cache=True, fastmath={"contract"}, forceinline=True)

@@ -48,7 +48,7 @@ M0, M1, M2, M3, M4, M5, M6, M7 = (MATRIX * k for k in range(8))
 @njit(cache=True)
 def room(nodes: int) -> Floats:
     """F for so many nodes."""
-    return np.zeros(nodes * NODE)
+    return np.empty(nodes * NODE)
 
 
 @njit(cache=True)
