@@ -84,9 +84,9 @@ def locate(constants: Floats, table: Ints, keys: Ints, x: float, y: float, z: fl
 def _power(t: Terms, power: float) -> Terms:
     """f, ∇f, ∇²f of a positive f become those of f^power."""
     f, x, y, z, xx, xy, xz, yy, yz, zz = t
-    F = f**power
-    one = power * F / f
-    two = (power - 1.0) * one / f
+    F, inverse = f**power, 1.0 / f
+    one = power * F * inverse
+    two = (power - 1.0) * one * inverse
     return (
         F,
         one * x,
