@@ -23,7 +23,7 @@ ALL = np.uint64(LANES)
 @njit(cache=True, forceinline=True)
 def read(S: Floats, k: int, lane: int) -> Vector:
     """Numbers k, k + 1, k + 2 of a lane."""
-    i = ALL * np.uint64(k) + lane
+    i = ALL * np.uint64(k) + np.uint64(lane)
     return S[i], S[i + ALL], S[i + ALL + ALL]
 
 
@@ -36,7 +36,7 @@ def read_matrix(S: Floats, k: int, lane: int) -> Matrix:
 @njit(cache=True, forceinline=True)
 def write(S: Floats, k: int, lane: int, a: Vector) -> None:
     """Numbers k, k + 1, k + 2 of a lane."""
-    i = ALL * np.uint64(k) + lane
+    i = ALL * np.uint64(k) + np.uint64(lane)
     S[i], S[i + ALL], S[i + ALL + ALL] = a
 
 

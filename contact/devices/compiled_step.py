@@ -26,7 +26,8 @@ from contact.step import StepResult, step
 from contact.surfaces.convolution import ConvolutionSurface
 from contact.system import System
 from fem.beams.beam import Beam, least_force
-from fem.beams.beam_parts import BeamInertia
+from fem.beams.beam_element import BeamData
+from fem.beams.beam_parts import BeamInertia, Motion
 from fem.beams.chain import Chain
 from fem.body import Body
 from fem.integrators import Integrator
@@ -72,8 +73,7 @@ class CompiledStep:
         data, inertia, surface = body.data, body.inertia, pair.surface
         self._wall = parts.Wall(surface.net, surface.kind, surface.data, surface.sign)
         self._device = parts.Device(
-            data.length, data.chord, data.twist, data.axial, data.bending,
-            inertia.nodes, inertia.links, inertia.rotary, body.fixed, body.unit,
+            data, inertia.nodes, inertia.links, inertia.rotary, body.fixed, body.unit,
             pair.elements, pair.first, pair.xi, pair.radius, pair.margin, pair.close_by,
             body.reach, system.size, pair.length,
         )  # fmt: skip
@@ -107,8 +107,8 @@ class CompiledStep:
         motion = np.array([follow(t) for follow in self._motions]).reshape(-1, 6)
         seconds = np.zeros(5)
         wanted = np.array([limits.complementarity, limits.equilibrium, limits.surface_error, limits.penetration])
-        counts, residuals, state, inertial, sight, foot, looked, planes, forces, last, blocks, strains = kernel.advance(
-            self._wall, self._device, self._drives, scheme, parts.Motion(*body.state()),
+        counts, residuals, state, inertial, sight, foot, looked, planes, forces, last, blocks, rest = kernel.advance(
+            self._wall, self._device, self._drives, scheme, body.state(),
             parts.Sight(*pair.sight(), pair.foot), pair.accepted, pair.clear, motion, load.ravel(), start, wanted,
             system.precision, max_passes, seconds,
         )  # fmt: skip
@@ -117,7 +117,8 @@ class CompiledStep:
         if verdict != kernel.SETTLED:
             self.given_up[verdict] = self.given_up.get(verdict, 0) + 1
             return None
-        body.adopt(integrator, load.ravel(), state, *inertial, strains, blocks, shown)
+        damped = BeamData(body.data.length, rest[0], rest[1], scheme.axial, scheme.bending)
+        body.adopt(integrator, load.ravel(), Motion(*state), *inertial, damped, blocks, shown)
         pair.adopt(sight, foot, *looked)
         offset, normals, every, free, movable, met, near = planes
         H, free = ElementRows(every, pair.first, body.space.size), ElementRows(free, pair.first, body.space.size)
@@ -136,8 +137,8 @@ class CompiledStep:
         if dt not in self._schemes:
             integrator = system.integrator(dt)
             a, b = self._inertia.rayleigh
-            rate = b * integrator.damping
-            least = (1 + rate) * least_force(self._body.data)
-            factors = integrator.inertia + a * integrator.damping, integrator.damping, rate, least
-            self._schemes = {dt: (integrator, parts.Scheme(*factors))}
+            data, rate = self._body.data, b * integrator.damping
+            factors = integrator.inertia + a * integrator.damping, integrator.damping, rate
+            stiffness, least = ((1 + rate) * data.axial, (1 + rate) * data.bending), (1 + rate) * least_force(data)
+            self._schemes = {dt: (integrator, parts.Scheme(*factors, *stiffness, least))}
         return self._schemes[dt]

@@ -19,10 +19,8 @@ from contact.devices.row_kernels import apply, apply_transpose, touching
 from contact.devices.step_parts import (
     Device,
     Drives,
-    Motion,
     Scheme,
     Sight,
-    Strains,
     Wall,
     balance,
     bounds,
@@ -42,6 +40,8 @@ from contact.surfaces.implicit import Foot
 from contact.surfaces.surface_roots import roots
 from fem.beams import beam_kernels, beam_points, chain_kernels, frame_kernels, nodal_kernels
 from fem.beams.beam import SHIFT, TURN
+from fem.beams.beam_element import BeamData
+from fem.beams.beam_parts import Motion
 
 Floats = NDArray[np.float64]
 
@@ -75,9 +75,9 @@ def advance(
     Returns
     -------
     The verdict, passes, iterations and what the last factor has shown of A; the residuals. Where the verdict is
-    SETTLED, too: the configuration of the beam; increments of its positions, and J; what is known of the points, and
+    SETTLED, too: the motion of the beam; increments of its positions, and J; what is known of the points, and
     their feet; candidates, places and bounds; planes, and which rows can move, are met, and are near; λ and gaps; rows,
-    H, W, q and departures of the last problem; the last A with its factor; and the strains that it rests at.
+    H, W, q and departures of the last problem; the last A with its factor; and the strains that the beam rests at.
     """
     stamp = np.zeros(2, dtype=np.int64)
     charge(np.empty(5), stamp, ASSEMBLE)
@@ -85,7 +85,7 @@ def advance(
     foot = before.foot
     foot = Foot(foot.distance.copy(), foot.point.copy(), foot.normal.copy(), foot.curvature.copy())
     sight = Sight(before.known.copy(), before.seen.copy(), before.drift.copy(), before.followed.copy(), foot)
-    lam, residual, passes, iterations, chord = force, 1.0, 0, 0, False
+    lam, residual, passes, iterations, settling = force, 1.0, 0, 0, False
     residuals = np.full(4, np.inf)
 
     # The prediction
@@ -94,17 +94,14 @@ def advance(
     here = np.isfinite(d).all() and np.isfinite(load).all() and shift <= SHIFT * device.reach and turn <= MOST_TURN
     verdict = SETTLED if here else FAR
     J = nodal_kernels.spatial_inertia(start.R, device.rotary)
-    stress, rest_chord, rest_twist = beam_kernels.rest_in_motion(
-        start.edges, start.R, device.chord, device.twist, device.axial, device.bending, scheme.rate
-    )
-    stiffer = 1.0 + scheme.rate
-    data = Strains(rest_chord, rest_twist, stiffer * device.axial, stiffer * device.bending)
+    stress, chord, twist = beam_kernels.rest_in_motion(start.edges, start.R, device.rest, scheme.rate)
+    data = BeamData(device.rest.length, chord, twist, scheme.axial, scheme.bending)
     x, R, edges = frame_kernels.update(start.x, start.R, start.edges, d)
     moved, turned = d[:, :3].copy(), d[:, 3:].copy()
     last_edges, last_R, last_d = edges, R, d
     inner = balance(device, scheme, data, start, R, edges, moved, turned, J)
     charge(seconds, stamp, ASSEMBLE)
-    at = beam_points.centreline_points(x, R, device.element, device.xi, device.length)
+    at = beam_points.centreline_points(x, R, device.element, device.xi, device.rest.length)
     near = bounds(sight, at) <= device.margin
     if verdict == SETTLED and not look(wall, device, sight, at, near, device.margin):
         verdict = LOST
@@ -121,21 +118,17 @@ def advance(
     shown = chain_kernels.DEFINITE
     while verdict == SETTLED:
         # A about the present state and forces, a cautious one where the exact one is not definite; a chord keeps it
-        if not chord:
+        if not settling:
             for cautious in range(2):
                 if cautious:
-                    stress, _, _ = beam_kernels.rest_in_motion(
-                        edges, R, data.chord, data.twist, data.axial, data.bending, 0.0
-                    )
+                    stress, _, _ = beam_kernels.rest_in_motion(edges, R, data, 0.0)
                 elif passes:
-                    stress = beam_kernels.extrapolated_stress(
-                        last_edges, last_R, data.chord, data.twist, data.axial, data.bending, last_d
-                    )
+                    stress = beam_kernels.extrapolated_stress(last_edges, last_R, data, last_d)
                 elements, blocks, brace = device_kernels.stiffness(
                     lam, sight.foot, BRACE if passes and not cautious else 0.0, R, device.element, device.xi,
-                    device.length,
+                    device.rest.length,
                 )  # fmt: skip
-                diagonal, upper = beam_kernels.assemble_blocks(edges, R, data.axial, data.bending, stress)
+                diagonal, upper = beam_kernels.assemble_blocks(edges, R, data, stress)
                 nodal_kernels.add_inertia(diagonal, upper, device.nodes, device.links, J, scheme.inertia)
                 beam_kernels.add_element_blocks(diagonal, upper, elements, blocks)
                 chain_kernels.hold(diagonal, upper, device.fixed)
@@ -154,7 +147,7 @@ def advance(
         charge(seconds, stamp, FACTOR)
         if not passes:
             free_x, free_R, _ = frame_kernels.update(x, R, edges, u.reshape(-1, 6))
-            free = beam_points.centreline_points(free_x, free_R, device.element, device.xi, device.length)
+            free = beam_points.centreline_points(free_x, free_R, device.element, device.xi, device.rest.length)
             way = device_kernels.ways(at, free)
             new = ~candidates & (bounds(sight, at) <= way)
             if new.any():
@@ -172,7 +165,7 @@ def advance(
 
         # The contact problem and its solution
         gaps = planes.offset + apply(planes.rows, device.first, u)
-        if not chord:
+        if not settling:
             chosen = movable & np.isfinite(planes.offset)
             chosen &= meeting | (sight.known <= device.close) | (lam > 0.0)
             if residual <= CALM:
@@ -214,7 +207,7 @@ def advance(
         charge(seconds, stamp, FACTOR)
 
         # Detection about the new state
-        at = beam_points.centreline_points(x, R, device.element, device.xi, device.length)
+        at = beam_points.centreline_points(x, R, device.element, device.xi, device.rest.length)
         if not look(wall, device, sight, at, candidates | (bounds(sight, at) <= 0.0), np.zeros(c)):
             verdict = LOST
             break
@@ -250,7 +243,7 @@ def advance(
             verdict = PASSES
         elif residuals[3] > tolerances[3] and driven_in(gap, movable, tolerances[3] * device.thick):
             verdict = DRIVEN
-        chord = worst**2 <= SURE * min(tolerances[0], tolerances[1]) * residual and covered(planes, movable, rows)
+        settling = worst**2 <= SURE * min(tolerances[0], tolerances[1]) * residual and covered(planes, movable, rows)
         residual = worst
 
     met = movable & np.isfinite(planes.offset)
@@ -269,5 +262,5 @@ def advance(
         (lam, gap),
         (rows, own, W, q, state[3]),
         (diagonal, upper, factor),
-        (data.chord, data.twist, data.axial, data.bending),
+        (chord, twist),
     )

@@ -26,6 +26,8 @@ from contact.surfaces.surface_kernels import Network, lower_bounds, potentials
 from contact.surfaces.surface_newton import beside, closest, outward
 from contact.surfaces.surface_roots import roots
 from fem.beams import beam_kernels, frame_kernels, nodal_kernels
+from fem.beams.beam_element import BeamData
+from fem.beams.beam_parts import Motion
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -47,11 +49,7 @@ class Wall(NamedTuple):
 class Device(NamedTuple):
     """What does not change of a beam and its contact: as in `BeamData`, `BeamInertia`, `Beam` and `DeviceContact`."""
 
-    length: Floats
-    chord: Floats
-    twist: Floats
-    axial: Floats
-    bending: Floats
+    rest: BeamData
     nodes: Floats
     links: Floats
     rotary: Floats
@@ -77,16 +75,6 @@ class Drives(NamedTuple):
     R: Floats
 
 
-class Motion(NamedTuple):
-    """Where a beam is, and how fast: as in `Beam`."""
-
-    x: Floats
-    R: Floats
-    edges: Floats
-    v: Floats
-    w: Floats
-
-
 class Sight(NamedTuple):
     """What a `DeviceContact` knows of its points."""
 
@@ -95,15 +83,6 @@ class Sight(NamedTuple):
     drift: Floats
     followed: Bools
     foot: Foot
-
-
-class Strains(NamedTuple):
-    """Rest strains and stiffness with damping in them: as `Beam` has them in a step."""
-
-    chord: Floats
-    twist: Floats
-    axial: Floats
-    bending: Floats
 
 
 class Planes(NamedTuple):
@@ -116,11 +95,14 @@ class Planes(NamedTuple):
 
 
 class Scheme(NamedTuple):
-    """The factors of M and B in A, and of the rate of strain in the stress; the least force that counts [N]."""
+    """The factors of M and B in A, and of the rate of strain in the stress; stiffness with damping in it, (N − 1, 3);
+    the least force that counts [N]."""
 
     inertia: float
     damping: float
     rate: float
+    axial: Floats
+    bending: Floats
     least: float
 
 
@@ -237,7 +219,7 @@ def bounds(sight: Sight, at: Floats) -> Floats:
 def planes_at(device: Device, sight: Sight, candidates: Bools, at: Floats, R: Floats) -> Planes:
     """The planes of `DeviceContact.detect` at places `at`, with rows for frames R."""
     offset, normals, every = device_kernels.planes(
-        candidates, at, sight.foot, device.radius, R, device.element, device.xi, device.length
+        candidates, at, sight.foot, device.radius, R, device.element, device.xi, device.rest.length
     )
     return Planes(offset, normals, every, without(every, device.first, ~device.fixed))
 
@@ -276,11 +258,11 @@ def driven_in(gap: Floats, movable: Bools, depth: float) -> bool:
 
 @njit(cache=True, error_model="numpy")
 def balance(
-    device: Device, scheme: Scheme, data: Strains, start: Motion, R: Floats, edges: Floats, moved: Floats,
+    device: Device, scheme: Scheme, data: BeamData, start: Motion, R: Floats, edges: Floats, moved: Floats,
     turned: Floats, J: Floats,
 ) -> Floats:  # fmt: skip
     """Internal and inertia forces (6 N) of nodes that have `moved` and `turned` since the start, (N, 3)."""
-    f = beam_kernels.assemble_forces(edges, R, data.chord, data.twist, data.axial, data.bending)
+    f = beam_kernels.assemble_forces(edges, R, data)
     nodal_kernels.add_inertia_forces(
         f, moved, turned, start.v, start.w, device.nodes, device.links, J, scheme.inertia, scheme.damping
     )

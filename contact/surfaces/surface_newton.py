@@ -159,14 +159,14 @@ def closest(net: Network, x: Floats, guess: Floats, sign: float, limit: int) -> 
             write(S, 23, lane, (C[0], C[1], C[2]))
             write(S, 26, lane, (C[3], C[4], C[5]))
             write(S, 29, lane, (d, 1.0 if settled else 0.0, 1.0 if lost else 0.0))
-        for lane in range(np.uint64(count)):
-            i, end, (d, settled, lost) = first + np.int64(lane), read(S, 17, lane), read(S, 29, lane)
+        for lane in range(count):
+            i, end, (d, near, opposite) = first + lane, read(S, 17, lane), read(S, 29, lane)
             if not S[lane] > 0.0:
                 continue
-            if settled:
+            if near:
                 C1, C2 = read(S, 23, lane), read(S, 26, lane)
                 C = (C1[0], C1[1], C1[2], C2[0], C2[1], C2[2])
-                if not lost:
+                if not opposite:
                     _write_foot(i, end, read(S, 20, lane), C, d, distance, foot, normal, curvature)
                 continue
             y, point = end, (x[i, 0], x[i, 1], x[i, 2])

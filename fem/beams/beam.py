@@ -12,14 +12,13 @@ from numpy.typing import NDArray
 from fem.beams import beam_kernels as kernels
 from fem.beams import frame_kernels, nodal_kernels
 from fem.beams.beam_element import BeamData
-from fem.beams.beam_parts import BeamInertia, BeamLoads, ChainSpace, Drive, Line, unheld
+from fem.beams.beam_parts import BeamInertia, BeamLoads, ChainSpace, Drive, Line, Motion, unheld
 from fem.beams.chain import matrix_of
 from fem.integrators import Integrator, Static
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
-State = tuple[Floats, ...]
 
 # The largest rotation [rad] and displacement [radii, or elements of a beam without radius] of a node in one pass.
 TURN, SHIFT = 0.3, 4.0
@@ -76,7 +75,7 @@ class Beam:
             self.fixed[6 * drive.node + np.array(drive.components, dtype=int)] = True
         self.modes = np.zeros((6 * n, 0))
         self.size = float(np.ptp(x, axis=0).max())
-        self._history: State = self.state()
+        self._history = self.state()
         # x − x_n; as a difference of positions it would lose the digits of short steps.
         self._motion = np.zeros_like(x)
         self._J = np.zeros_like(R)  # the spatial inertia of the nodes at the start of a step
@@ -114,11 +113,11 @@ class Beam:
         """The unknowns that A does not move."""
         return self.fixed
 
-    def state(self) -> State:
-        """Nodes, frames, edges and velocities: what a rejected step must give back. Whatever moves makes new ones."""
-        return self.x, self.R, self.edges, self.v, self.w
+    def state(self) -> Motion:
+        """What a rejected step must give back; whatever moves the beam makes new arrays."""
+        return Motion(self.x, self.R, self.edges, self.v, self.w)
 
-    def restore(self, state: State) -> None:
+    def restore(self, state: Sequence[Floats]) -> None:
         """Return to a `state`."""
         self.x, self.R, self.edges, self.v, self.w = state
         self._motion = np.zeros_like(self.x)
@@ -126,13 +125,13 @@ class Beam:
 
     def checkpoint(self) -> dict[str, Floats]:
         """The state by names, for a record."""
-        return dict(zip(("x", "R", "edges", "v", "w"), self.state(), strict=True))
+        return self.state()._asdict()
 
     def resume(self, saved: dict[str, Floats]) -> None:
         """Take up a `checkpoint`; ValueError where it is another beam's."""
         if saved.get("x", np.empty(0)).shape != self.x.shape:
             raise ValueError(f"resume: the record's body {self.name!r} has another number of nodes than the scene's")
-        self.restore(tuple(np.asarray(saved[key]) for key in ("x", "R", "edges", "v", "w")))
+        self.restore([np.asarray(saved[key]) for key in Motion._fields])
 
     def coordinates(self) -> Floats:
         """The free increment, in which constraints are linear."""
@@ -211,13 +210,10 @@ class Beam:
         assert inertia is not None
         self._J = nodal_kernels.spatial_inertia(self.R, inertia.rotary)
         rate: float = inertia.rayleigh[1] * integrator.damping
-        stress, chord, twist = kernels.rest_in_motion(
-            self.edges, self.R, data.chord, data.twist, data.axial, data.bending, rate
-        )
+        stress, chord, twist = kernels.rest_in_motion(self.edges, self.R, data, rate)
         if rate:
             # b K v as a stress of the rate of strain: (1 + b/dt) C (γ − γ₀'), with γ₀' between γ₀ and γ_n.
-            axial, bending = (1 + rate) * data.axial, (1 + rate) * data.bending
-            self._damped = BeamData(data.length, chord, twist, axial, bending)
+            self._damped = BeamData(data.length, chord, twist, (1 + rate) * data.axial, (1 + rate) * data.bending)
         return stress
 
     def renew(self, cautious: bool = False) -> None:
@@ -236,10 +232,8 @@ class Beam:
             return
         data, stress = self._damped, self._stress
         if stress is None:
-            stress, _, _ = kernels.rest_in_motion(
-                self.edges, self.R, data.chord, data.twist, data.axial, data.bending, 0.0
-            )
-        diagonal, upper = kernels.assemble_blocks(self.edges, self.R, data.axial, data.bending, stress)
+            stress, _, _ = kernels.rest_in_motion(self.edges, self.R, data, 0.0)
+        diagonal, upper = kernels.assemble_blocks(self.edges, self.R, data, stress)
         if self.inertia is not None:
             a, _ = self.inertia.rayleigh
             factor = self._integrator.inertia + a * self._integrator.damping
@@ -280,10 +274,7 @@ class Beam:
         d = (self.u + increment).reshape(-1, 6)
         shift, turn = nodal_kernels.furthest(d)
         d = d / max(turn / TURN, shift / (SHIFT * self.reach), 1.0)
-        data = self._damped
-        stress = kernels.extrapolated_stress(
-            self.edges, self.R, data.chord, data.twist, data.axial, data.bending, d
-        )
+        stress = kernels.extrapolated_stress(self.edges, self.R, self._damped, d)
         self._shift(d)
         self._stress = stress
 
@@ -307,10 +298,10 @@ class Beam:
         self,
         integrator: Integrator,
         load: Floats,
-        configuration: State,
-        motion: Floats,
+        motion: Motion,
+        increments: Floats,
         J: Floats,
-        strains: tuple[Floats, Floats, Floats, Floats],
+        damped: BeamData,
         matrix: tuple[Floats, Floats, Floats],
         shown: int,
     ) -> None:
@@ -319,15 +310,14 @@ class Beam:
         Parameters
         ----------
         load : at its end, (6 N)
-        configuration, motion : its end, and the increments of the positions, (N, 3)
+        motion, increments : its end, and the increments of the positions, (N, 3)
         J : `nodal_kernels.spatial_inertia` at its start
-        strains : as of a `BeamData`, with damping in them
+        damped : rest strains and stiffness with damping in them
         matrix, shown : the last A, as `Chain.adopt` takes it
         """
         self._history, self._integrator, self.load, self._line = self.state(), integrator, load, None
-        self.x, self.R, self.edges, self.v, self.w = configuration
-        self._moved()
-        self._motion, self._J, self._damped = motion, J, BeamData(self.data.length, *strains)
+        self.restore(motion)
+        self._motion, self._J, self._damped = increments, J, damped
         self.matrix.adopt(*matrix, shown)
 
     # --- forces ---------------------------------------------------------------------------------------------------
@@ -335,8 +325,7 @@ class Beam:
     def _balance(self) -> tuple[Floats, Floats]:
         """Internal with inertia forces, and external forces, of the present configuration, (6 N)."""
         if self._forces is None:
-            data = self._damped
-            inner = kernels.assemble_forces(self.edges, self.R, data.chord, data.twist, data.axial, data.bending)
+            inner = kernels.assemble_forces(self.edges, self.R, self._damped)
             if self.inertia is not None:
                 self._add_inertia(inner)
             outer = self.load

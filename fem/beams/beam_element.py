@@ -25,7 +25,7 @@ Source: Crisfield, Comput. Methods Appl. Mech. Eng. 81 (1990) for the frame, Son
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,8 +61,7 @@ SERIES_Q = (
 """q = Σ Qₖ θ²ᵏ."""
 
 
-@dataclass(frozen=True, eq=False)
-class BeamData:
+class BeamData(NamedTuple):
     """Rest shape and stiffness of m elements.
 
     length : (m) rest length along the arc ℓ [m]

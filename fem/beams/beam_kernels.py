@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from fem.beams.beam_element import SERIES_Q, SERIES_S, SMALL
+from fem.beams.beam_element import SERIES_Q, SERIES_S, SMALL, BeamData
 from fem.beams.frame_kernels import mean_frame
 from fem.lanes import ALL, LANES, read, read_matrix, write, write_matrix
 from fem.vectors import (
@@ -151,24 +151,22 @@ def _element(S: Floats, lane: int) -> tuple[float, float, Vector, Vector, Vector
 
 
 @njit(cache=True, error_model="numpy")
-def assemble_forces(
-    edges: Floats, R: Floats, chord: Floats, twist: Floats, axial: Floats, bending: Floats
-) -> Floats:  # fmt: skip
+def assemble_forces(edges: Floats, R: Floats, data: BeamData) -> Floats:
     """The sum of `beam_element.forces` at the nodes, (N, 6) [N, N m].
 
     Parameters
     ----------
     edges : x₂ − x₁ (N − 1, 3) [m]
     R : frames (N, 3, 3)
-    chord, twist, axial, bending : (N − 1, 3), as in `beam_element.BeamData`
+    data : of the N − 1 elements
     """
     f, S = np.zeros((len(R), 6)), np.empty(LANES * (OUT + 9))
     for first in range(0, len(edges), LANES):
         count = _load_elements(S, edges, R, first)
-        _load(S, AXIAL, axial, first, count)
-        _load(S, BENDING, bending, first, count)
-        _load(S, CHORD, chord, first, count)
-        _load(S, TWIST, twist, first, count)
+        _load(S, AXIAL, data.axial, first, count)
+        _load(S, BENDING, data.bending, first, count)
+        _load(S, CHORD, data.chord, first, count)
+        _load(S, TWIST, data.twist, first, count)
         for lane in range(ALL):
             s, w, psi, c, e1, e2, e3 = _element(S, lane)
             stress = _stress(_straightened(psi, c), read(S, CHORD, lane), read(S, AXIAL, lane), e1, e2, e3)
@@ -180,8 +178,8 @@ def assemble_forces(
             write(S, OUT, lane, N)
             write(S, OUT + 3, lane, L)
             write(S, OUT + 6, lane, combined(q, cross(psi, L), s, M, r * dot(psi, M), psi))
-        for lane in range(np.uint64(count)):
-            i, N, L, P = first + np.int64(lane), read(S, OUT, lane), read(S, OUT + 3, lane), read(S, OUT + 6, lane)
+        for lane in range(count):
+            i, N, L, P = first + lane, read(S, OUT, lane), read(S, OUT + 3, lane), read(S, OUT + 6, lane)
             for k in range(3):
                 f[i, k] -= N[k]
                 f[i, 3 + k] += 0.5 * L[k] - P[k]
@@ -256,7 +254,7 @@ def _tangent(
 
 
 @njit(cache=True, error_model="numpy")
-def assemble_blocks(edges: Floats, R: Floats, axial: Floats, bending: Floats, stress: Floats) -> tuple[Floats, Floats]:
+def assemble_blocks(edges: Floats, R: Floats, data: BeamData, stress: Floats) -> tuple[Floats, Floats]:
     """The tangent; parameters as for `assemble_forces`.
 
     Parameters
@@ -271,8 +269,8 @@ def assemble_blocks(edges: Floats, R: Floats, axial: Floats, bending: Floats, st
     diagonal, upper = np.zeros((n, 6, 6)), np.empty((n - 1, 6, 6))
     for first in range(0, n - 1, LANES):
         count = _load_elements(S, edges, R, first)
-        _load(S, AXIAL, axial, first, count)
-        _load(S, BENDING, bending, first, count)
+        _load(S, AXIAL, data.axial, first, count)
+        _load(S, BENDING, data.bending, first, count)
         _load(S, STRESS, stress, first, count)
         for lane in range(ALL):
             s, w, psi, c, e1, e2, e3 = _element(S, lane)
@@ -286,8 +284,8 @@ def assemble_blocks(edges: Floats, R: Floats, axial: Floats, bending: Floats, st
             write_matrix(S, OUT + 27, lane, at_first)
             write_matrix(S, OUT + 36, lane, at_second)
             write_matrix(S, OUT + 45, lane, across)
-        for lane in range(np.uint64(count)):
-            i, E = first + np.int64(lane), read_matrix(S, OUT, lane)
+        for lane in range(count):
+            i, E = first + lane, read_matrix(S, OUT, lane)
             with_first, with_second = read_matrix(S, OUT + 9, lane), read_matrix(S, OUT + 18, lane)
             # What the element before has left at its second node is there already.
             put(diagonal, i, 0, 0, summed(1.0, at(diagonal, i, 0, 0), 1.0, E))
@@ -316,34 +314,30 @@ def strains(edges: Floats, R: Floats) -> tuple[Floats, Floats]:
             c = read(S, EDGE, lane)
             write(S, OUT, lane, _straightened(angles, (dot(e1, c), dot(e2, c), dot(e3, c))))
             write(S, OUT + 3, lane, angles)
-        for lane in range(np.uint64(count)):
-            i = first + np.int64(lane)
+        for lane in range(count):
+            i = first + lane
             gamma[i, 0], gamma[i, 1], gamma[i, 2] = read(S, OUT, lane)
             psi[i, 0], psi[i, 1], psi[i, 2] = read(S, OUT + 3, lane)
     return gamma, psi
 
 
 @njit(cache=True, error_model="numpy")
-def rest_in_motion(
-    edges: Floats, R: Floats, chord: Floats, twist: Floats, axial: Floats, bending: Floats, rate: float
-) -> tuple[Floats, Floats, Floats]:
+def rest_in_motion(edges: Floats, R: Floats, data: BeamData, rate: float) -> tuple[Floats, Floats, Floats]:
     """D₁(γ − γ₀) and D₂(ψ − ψ₀), (N − 1, 6), and (γ₀ + rγ)/(1 + r), (ψ₀ + rψ)/(1 + r), (N − 1, 3), r = `rate`."""
     stress = np.empty((len(edges), 6))
     gamma, psi = strains(edges, R)
     share = 1.0 / (1.0 + rate)
     for i in range(len(edges)):
         for k in range(3):
-            stress[i, k] = axial[i, k] * (gamma[i, k] - chord[i, k])
-            stress[i, 3 + k] = bending[i, k] * (psi[i, k] - twist[i, k])
-            gamma[i, k] = share * (chord[i, k] + rate * gamma[i, k])
-            psi[i, k] = share * (twist[i, k] + rate * psi[i, k])
+            stress[i, k] = data.axial[i, k] * (gamma[i, k] - data.chord[i, k])
+            stress[i, 3 + k] = data.bending[i, k] * (psi[i, k] - data.twist[i, k])
+            gamma[i, k] = share * (data.chord[i, k] + rate * gamma[i, k])
+            psi[i, k] = share * (data.twist[i, k] + rate * psi[i, k])
     return stress, gamma, psi
 
 
 @njit(cache=True, error_model="numpy")
-def extrapolated_stress(
-    edges: Floats, R: Floats, chord: Floats, twist: Floats, axial: Floats, bending: Floats, d: Floats
-) -> Floats:
+def extrapolated_stress(edges: Floats, R: Floats, data: BeamData, d: Floats) -> Floats:
     """D₁(γ + dγ − γ₀) and D₂(ψ + dψ − ψ₀), (N − 1, 6), linear in increments d (N, 6); others as for `assemble_forces`.
 
     dγ = Z dc + (∂Z/∂ψ dψ) c; everything in the element's frame.
@@ -366,11 +360,11 @@ def extrapolated_stress(
             bent = combined(dot(psi, dpsi) / 12.0, c, -dot(c, dpsi) / 24.0, psi, -dot(psi, c) / 24.0, dpsi)
             write(S, OUT + 12, lane, add(_straightened(psi, add(c, dc)), bent))
             write(S, OUT + 15, lane, add(psi, dpsi))
-        for lane in range(np.uint64(count)):
-            i, gamma, angles = first + np.int64(lane), read(S, OUT + 12, lane), read(S, OUT + 15, lane)
+        for lane in range(count):
+            i, gamma, angles = first + lane, read(S, OUT + 12, lane), read(S, OUT + 15, lane)
             for k in range(3):
-                stress[i, k] = axial[i, k] * (gamma[k] - chord[i, k])
-                stress[i, 3 + k] = bending[i, k] * (angles[k] - twist[i, k])
+                stress[i, k] = data.axial[i, k] * (gamma[k] - data.chord[i, k])
+                stress[i, 3 + k] = data.bending[i, k] * (angles[k] - data.twist[i, k])
     return stress
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,16 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 NONE = np.zeros(3)
+
+
+class Motion(NamedTuple):
+    """Where a beam is and how fast: nodes x (N, 3) [m], frames R (N, 3, 3), edges, v and w (N, 3) [m/s, rad/s]."""
+
+    x: Floats
+    R: Floats
+    edges: Floats
+    v: Floats
+    w: Floats
 
 
 @dataclass(frozen=True)

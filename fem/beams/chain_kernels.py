@@ -17,7 +17,6 @@ from fem.beams.block_products import (
     Six,
     add_product,
     along,
-    column,
     columns,
     copy,
     load,
@@ -31,7 +30,7 @@ from fem.beams.block_products import (
     transpose,
     weighed,
 )
-from fem.lanes import ALL, LANES
+from fem.lanes import LANES
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -13,22 +13,18 @@ from fem.beams.beam_element import forces, stiffness, strains
 from meshes.centrelines import helix
 
 
-def arguments(edges, R, data):
-    return edges, R, data.chord, data.twist, data.axial, data.bending
-
-
 @pytest.mark.parametrize("angle", [0.0, 1e-6, 0.3, 0.49, 0.51, 1.5, 2.8])
 def test_assembly_is_the_oracle(angle):
     """Forces and blocks are the sums of the elements' forces and matrices, to 1e-12."""
     edges, R, data = random_chain(7, angle, seed=2)
     f, K = scatter(forces(edges, R, data), stiffness(edges, R, data))
-    stress, _, _ = kernels.rest_in_motion(*arguments(edges, R, data), 0.0)
-    diagonal, upper = kernels.assemble_blocks(edges, R, data.axial, data.bending, stress)
+    stress, _, _ = kernels.rest_in_motion(edges, R, data, 0.0)
+    diagonal, upper = kernels.assemble_blocks(edges, R, data, stress)
     blocks = K.reshape(8, 6, 8, 6).transpose(0, 2, 1, 3)
     i = np.arange(8)
     np.testing.assert_allclose(diagonal, blocks[i, i], atol=1e-12)
     np.testing.assert_allclose(upper, blocks[i[:-1], i[1:]], atol=1e-12)
-    np.testing.assert_allclose(kernels.assemble_forces(*arguments(edges, R, data)).ravel(), f, atol=1e-12)
+    np.testing.assert_allclose(kernels.assemble_forces(edges, R, data).ravel(), f, atol=1e-12)
     for found, exact in zip(kernels.strains(edges, R), strains(edges, R), strict=True):
         np.testing.assert_allclose(found, exact, atol=1e-14)
 
@@ -37,7 +33,7 @@ def test_rest_in_motion():
     """The stress, and the rest shape between its own and the present one."""
     edges, R, data = random_chain(7, 0.8, seed=4)
     gamma, psi = strains(edges, R)
-    stress, chord, twist = kernels.rest_in_motion(*arguments(edges, R, data), 3.0)
+    stress, chord, twist = kernels.rest_in_motion(edges, R, data, 3.0)
     expected = np.hstack([data.axial * (gamma - data.chord), data.bending * (psi - data.twist)])
     np.testing.assert_allclose(stress, expected, atol=1e-13)
     np.testing.assert_allclose(chord, 0.25 * data.chord + 0.75 * gamma, atol=1e-14)
@@ -56,7 +52,7 @@ def test_extrapolated_stress_is_linear(angle):
         return np.hstack([data.axial * (gamma - data.chord), data.bending * (psi - data.twist)])
 
     expected = stress(0.0) + (stress(1e-5) - stress(-1e-5)) / 2e-5
-    found = kernels.extrapolated_stress(*arguments(edges, R, data), d)
+    found = kernels.extrapolated_stress(edges, R, data, d)
     np.testing.assert_allclose(found, expected, rtol=1e-7, atol=1e-7 * np.abs(expected).max())
 
 
@@ -64,7 +60,7 @@ def test_a_half_turn_is_no_number():
     """An element whose ends are turned by π against each other has no mean frame, and says so."""
     edges, R, data = random_chain(1, 1.0)
     R[1] = R[0] @ np.diag([1.0, -1.0, -1.0])
-    assert not np.isfinite(kernels.assemble_forces(*arguments(edges, R, data))).all()
+    assert not np.isfinite(kernels.assemble_forces(edges, R, data)).all()
 
 
 def test_update_composes():
