@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ast
 import math
-from contextlib import suppress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,8 +45,12 @@ class Expression:
                 + (f", not {', '.join(sorted(unknown))}" if unknown else "")
             )
         self.text = text
-        self._code = compile(tree, "<expression>", "eval")
-        self._plain = not any(_is_numpys(node) for node in ast.walk(tree))
+        plain = not any(_is_numpys(node) for node in ast.walk(tree))
+        function = ast.parse("lambda t: 0", mode="eval")
+        function.body.body = tree.body  # type: ignore[attr-defined]
+        code = compile(function, "<expression>", "eval")
+        self._arrays = eval(code, _ARRAYS)
+        self._scalars = eval(code, _SCALARS) if plain else self._arrays
         try:
             self(np.ones((1, 3)), 1.0)
         except Exception as error:  # numexpr raises whatever its parser came upon
@@ -55,12 +58,14 @@ class Expression:
 
     def at(self, t: float) -> float:
         """The value at the origin and time t: what a motion or load of a single place asks for in every step."""
-        if self._plain:
-            with suppress(ArithmeticError, ValueError):
-                return float(eval(self._code, _SCALARS, {"t": float(t)}))
+        if self._scalars is not self._arrays:
+            try:
+                return float(self._scalars(float(t)))
+            except (ArithmeticError, ValueError):
+                pass
         try:
             with np.errstate(all="ignore"):
-                return float(eval(self._code, _ARRAYS, {"t": np.float64(t)}))
+                return float(self._arrays(np.float64(t)))
         except ArithmeticError:
             return np.nan
 

@@ -234,13 +234,16 @@ def outward(net: Network, x: Floats) -> Floats:
                     if length == 0.0:  # fills up a block
                         continue
                     v0, v1, v2 = x0 - slots[0, n], x1 - slots[1, n], x2 - slots[2, n]
-                    s = min(max(v0 * t0 + v1 * t1 + v2 * t2, 0.0), length)
+                    along = v0 * t0 + v1 * t1 + v2 * t2
+                    s = min(max(along, 0.0), length)
                     v0, v1, v2, r = v0 - s * t0, v1 - s * t1, v2 - s * t2, slots[7, n] + s * slots[8, n]
+                    beyond = r if s != along else 0.0  # at the end of a chain its wall is on the axis
                 else:
+                    beyond = 0.0
                     v0, v1, v2, r = x0 - balls[n, 0], x1 - balls[n, 1], x2 - balls[n, 2], balls[n, 3]
                 rho = np.sqrt(v0 * v0 + v1 * v1 + v2 * v2)
-                if r - rho > deepest:
-                    deepest = r - rho
+                if r - rho - beyond > deepest:
+                    deepest = r - rho - beyond
                     scale = r / rho - 1.0 if rho > 1e-6 * r else 0.0
                     out[i, 0], out[i, 1], out[i, 2] = x0 + scale * v0, x1 + scale * v1, x2 + scale * v2
     return out

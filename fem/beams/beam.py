@@ -284,7 +284,7 @@ class Beam:
         self._moved()
 
     def _moved(self) -> None:
-        self.u = np.zeros(6 * self.space.nodes)
+        self.u = np.zeros(len(self.fixed))
         self._forces = self._stress = None
         self._fresh = False
 
@@ -316,7 +316,8 @@ class Beam:
         matrix, shown : the last A, as `Chain.adopt` takes it
         """
         self._history, self._integrator, self.load, self._line = self.state(), integrator, load, None
-        self.restore(motion)
+        self.x, self.R, self.edges, self.v, self.w = motion
+        self._moved()
         self._motion, self._J, self._damped = increments, J, damped
         self.matrix.adopt(*matrix, shown)
 
