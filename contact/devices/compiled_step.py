@@ -51,6 +51,11 @@ def suits(system: System) -> bool:
     )
 
 
+def plain(value: Any) -> Any:
+    """A tuple without its name, nor those of the tuples in it."""
+    return tuple(map(plain, value)) if isinstance(value, tuple) else value
+
+
 class CompiledStep:
     """`contact.step.step` for a system that it `suits` and the status method.
 
@@ -71,17 +76,18 @@ class CompiledStep:
         self._inertia: BeamInertia = body.inertia
         self.given_up: dict[int, int] = {}
         data, inertia, surface = body.data, body.inertia, pair.surface
-        self._wall = parts.Wall(surface.net, surface.kind, surface.data, surface.sign)
-        self._device = parts.Device(
+        self._wall = plain(parts.Wall(surface.net, surface.kind, surface.data, surface.sign))
+        device = parts.Device(
             data, inertia.nodes, inertia.links, inertia.rotary, body.fixed, body.unit,
             pair.elements, pair.first, pair.xi, pair.radius, pair.margin, pair.close_by,
             body.reach, system.size, pair.length,
         )  # fmt: skip
+        self._device = plain(device)
         moving = [drive for drive in body.drives if drive.motion is not None]
         self._motions = [drive.motion for drive in moving]
         nodes = np.array([drive.node for drive in moving], dtype=np.int64)
         held = np.array([np.isin(np.arange(6), drive.components) for drive in moving], dtype=bool)
-        self._drives = parts.Drives(nodes, held.reshape(-1, 6), body.start[nodes], body.start_frames[nodes])
+        self._drives = plain(parts.Drives(nodes, held.reshape(-1, 6), body.start[nodes], body.start_frames[nodes]))
         self._schemes: dict[float, tuple[Integrator, parts.Scheme]] = {}
 
     def __call__(
@@ -108,8 +114,8 @@ class CompiledStep:
         seconds = np.zeros(5)
         wanted = np.array([limits.complementarity, limits.equilibrium, limits.surface_error, limits.penetration])
         counts, residuals, state, inertial, sight, foot, looked, planes, forces, last, blocks, rest = kernel.advance(
-            self._wall, self._device, self._drives, scheme, body.state(),
-            parts.Sight(*pair.sight(), pair.foot), pair.accepted, pair.clear, motion, load.ravel(), start, wanted,
+            self._wall, self._device, self._drives, tuple(scheme), tuple(body.state()),
+            (*pair.sight(), tuple(pair.foot)), pair.accepted, pair.clear, motion, load.ravel(), start, wanted,
             system.precision, max_passes, seconds,
         )  # fmt: skip
         verdict, passes, iterations, shown = counts

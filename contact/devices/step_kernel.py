@@ -37,6 +37,7 @@ from contact.devices.step_parts import (
 )
 from contact.step import CALM, SURE
 from contact.surfaces.implicit import Foot
+from contact.surfaces.surface_kernels import Network
 from contact.surfaces.surface_roots import roots
 from fem.beams import beam_kernels, beam_points, chain_kernels, frame_kernels, nodal_kernels
 from fem.beams.beam import SHIFT, TURN
@@ -56,15 +57,17 @@ ASSEMBLE, FACTOR, DETECT, DELASSUS, SOLVE = 0, 1, 2, 3, 4
 
 @njit(cache=True, error_model="numpy")
 def advance(
-    wall: Wall, device: Device, drives: Drives, scheme: Scheme, start: Motion, before: Sight, accepted: Floats,
-    clear: Floats, motion: Floats, load: Floats, force: Floats, tolerances: Floats, precision: float, max_passes: int,
-    seconds: Floats,
+    wall: Any, device: Any, drives: Any, scheme: Any, start: Any, before: Any, accepted: Floats, clear: Floats,
+    motion: Floats, load: Floats, force: Floats, tolerances: Floats, precision: float, max_passes: int, seconds: Floats,
 ) -> Any:  # fmt: skip
     """The step.
 
+    Tuples come in and go out as `plain` ones, which a call looks at and makes in half the time of named ones.
+
     Parameters
     ----------
-    start, before : what was reached, and what is known of the contact points there
+    wall, device, drives, scheme : as the classes of `step_parts`
+    start, before : the `Motion` that was reached, and `Sight` of the contact points there
     accepted, clear : where these were, (c, 3), and how far the wall is away at least, (c)
     motion : of the `drives`, since the start of the run, (k, 6)
     load : on the nodes, (6 N)
@@ -81,10 +84,13 @@ def advance(
     """
     stamp = np.zeros(2, dtype=np.int64)
     charge(np.empty(5), stamp, ASSEMBLE)
+    wall = Wall(Network(*wall[0]), *wall[1:])
+    device = Device(BeamData(*device[0]), *device[1:])
+    drives, scheme, start = Drives(*drives), Scheme(*scheme), Motion(*start)
+    known, seen, drift, followed, (distance, point, normal, curvature) = before
+    foot = Foot(distance.copy(), point.copy(), normal.copy(), curvature.copy())
+    sight = Sight(known.copy(), seen.copy(), drift.copy(), followed.copy(), foot)
     c, n, N = len(device.xi), len(device.fixed), len(start.x)
-    foot = before.foot
-    foot = Foot(foot.distance.copy(), foot.point.copy(), foot.normal.copy(), foot.curvature.copy())
-    sight = Sight(before.known.copy(), before.seen.copy(), before.drift.copy(), before.followed.copy(), foot)
     lam, residual, passes, iterations, settling = force, 1.0, 0, 0, False
     residuals = np.full(4, np.inf)
 
@@ -249,7 +255,6 @@ def advance(
     met = movable & np.isfinite(planes.offset)
     shown_rows = np.flatnonzero(met & (meeting | (sight.known <= device.close)))
     charge(seconds, stamp, DETECT)
-    # as plain tuples: Python is slow to make named ones of compiled results
     return (
         (verdict, passes, iterations, shown),
         residuals,

@@ -20,7 +20,7 @@ from contact.solvers import kernels as active_sets
 from contact.solvers.columns import EPSILON, PIVOT
 from contact.solvers.problem import SOLVED
 from contact.solvers.warm import BLOCKS
-from contact.surfaces.convolution import FOLLOWED
+from contact.surfaces.convolution import FOLLOWED, SOUGHT
 from contact.surfaces.implicit import Foot
 from contact.surfaces.surface_kernels import Network, lower_bounds, potentials
 from contact.surfaces.surface_newton import beside, closest, outward
@@ -176,7 +176,7 @@ def look(wall: Wall, device: Device, sight: Sight, at: Floats, chosen: Bools, re
     rows, x, bound = anew[near], x[near], bound[near]
     if not len(rows):
         return True
-    found = closest(wall.net, x, outward(wall.net, x), wall.sign, 50)
+    found = closest(wall.net, x, outward(wall.net, x), wall.sign, SOUGHT)
     lost = _doubted(found[0], bound)
     if len(lost):
         other = closest(wall.net, x[lost], beside(wall.kind, wall.data, x[lost]), wall.sign, 200)

@@ -25,8 +25,8 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
-# Newton's method reaches a foot that is near from its guess in a few steps, or not at all.
-FOLLOWED = 12
+# Steps of Newton's method from the last foot, which reach the next one soon or not at all, and from the wall in sight.
+FOLLOWED, SOUGHT = 12, 20
 
 
 def bulge(count: int, reach: float, sharpness: float) -> float:
@@ -128,7 +128,7 @@ class ConvolutionSurface:
         x = np.ascontiguousarray(x)
         if guess is not None:
             return Foot(*closest(self.net, x, np.ascontiguousarray(guess), self.sign, FOLLOWED))
-        foot = Foot(*closest(self.net, x, outward(self.net, x), self.sign, 50))
+        foot = Foot(*closest(self.net, x, outward(self.net, x), self.sign, SOUGHT))
         if self._doubt(x, foot):
             self._find_lost(x, foot)
         return foot

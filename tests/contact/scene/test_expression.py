@@ -28,6 +28,38 @@ def test_values(text: str, values: list[float]) -> None:
     np.testing.assert_allclose(found, values, rtol=1e-15)
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "t",
+        "2",
+        "0.0446 * t",
+        "pi * where(t < 1, 0.0, where(t < 2, (t - 1)/0.5, 1.0))",
+        "sin(t) + cos(t)*arctan2(t, 2) - exp(-t)*sqrt(t) + log(t + 3) + tanh(t)",
+        "abs(t - 2)**2 + arcsin(t/10) + sinh(t)",
+        "where(~(t < 1), 1.0, 2.0)",
+        "(t > 1) * 3 + x + y*z",
+        "(t - 1)**0.5",
+        "abs((t - 1)**0.5)",
+        "where(t < 1, 0.0, 1/(t - 1))",
+        "log(t - 1)",
+        "exp(1000*t)",
+        "t  # of a step",
+    ],
+)
+def test_a_place_has_the_value_of_the_points(text: str) -> None:
+    """At the origin plain numbers give what arrays do, where these are finite; elsewhere what is not finite."""
+    expression = Expression(text)
+    for t in (0.0, 0.3, 1.0, 1.5, 2.5):
+        expected = expression(np.zeros((1, 3)), t)[0]
+        found = expression.at(t)
+        assert isinstance(found, float)
+        if np.isfinite(expected):
+            assert found == pytest.approx(expected, rel=1e-15, abs=1e-15)
+        else:
+            assert not np.isfinite(found)
+
+
 def test_points_of_any_dimension() -> None:
     """Coordinates that a mesh lacks are zero; no points give no values."""
     expression = Expression("x + 2*y + 4*z")

@@ -8,6 +8,7 @@ from contact.surfaces import surface_kernels as kernels
 from contact.surfaces.cauchy import CauchySurface
 from contact.surfaces.convolution import ConvolutionSurface, bulge
 from contact.surfaces.detection import closest_points, first_root, nearest
+from contact.surfaces.surface_newton import outward
 
 Floats = NDArray[np.float64]
 
@@ -327,6 +328,25 @@ def test_nearest_always_finds_a_wall(warm: bool) -> None:
         ray *= 2 / np.linalg.norm(ray)
         root = 2 * first_root(surface, x[within], x[within] + ray, 1e-4)
         assert not np.any(root < 0.999 * foot.distance[within])
+
+
+def test_starts_for_feet_are_on_the_wall_in_sight() -> None:
+    """Across the axis of the tube or from the centre of the ball that a point is deepest in; itself where none says."""
+    surface = ConvolutionSurface(
+        np.array([[0, 0, 0, 4, 0, 0, 0.5, 0.5], [4, 0, 0, 8, 0, 0, 0.5, 0.5]]), balls=np.array([[4, 2.0, 0, 1.0]])
+    )
+    x = np.array([[2.0, 0.1, 0.0], [5.5, 0, -0.7], [4, 1.6, 0.3], [4, 0.4, 0], [2, 0, 0], [50.0, 0, 0]])
+    expected = x.copy()
+    expected[0, 1], expected[1, 2], expected[2, 1:], expected[3, 1] = 0.5, -0.5, [1.2, 0.6], 0.5
+    np.testing.assert_allclose(outward(surface.net, x), expected, atol=1e-15)
+
+
+def test_starts_do_not_lie_beyond_the_end_of_a_chain() -> None:
+    """Before the end of a wide tube, in the narrow one that leads into it, the narrow wall is the one in sight."""
+    both = np.array([[0, 0, 0, 4, 0, 0, 0.2, 0.2], [4, 0, 0, 9, 0, 0, 2.0, 2.0]])
+    surface = ConvolutionSurface(both, np.array([0, 1]))
+    start = outward(surface.net, np.array([[3.5, 0.05, 0]]))
+    np.testing.assert_allclose(start, [[3.5, 0.2, 0]], atol=1e-15)
 
 
 def test_cauchy_line() -> None:
