@@ -1,8 +1,8 @@
 """Elements or nodes side by side, for compiled loops that the processor runs on all of them at once.
 
 Number k of lane l stands at S[LANES k + l]. A loop over lanes becomes vector instructions if its bounds are unsigned,
-which spares a test for negative indices, if every function in it is inlined, and if both sides of every condition in it
-may be computed.
+which spares a test for negative indices, if functions in it that take arrays are inlined by force, and if both sides of
+every condition in it may be computed.
 """
 
 from __future__ import annotations

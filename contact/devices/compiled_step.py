@@ -25,8 +25,8 @@ from contact.solvers.problem import ContactProblem
 from contact.step import StepResult, step
 from contact.surfaces.convolution import ConvolutionSurface
 from contact.system import System
-from fem.beams.beam import Beam, least_force
-from fem.beams.beam_element import BeamData
+from fem.beams.beam import Beam
+from fem.beams.beam_element import BeamData, least_force
 from fem.beams.beam_parts import BeamInertia, Motion
 from fem.beams.chain import Chain
 from fem.body import Body

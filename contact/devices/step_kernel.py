@@ -62,7 +62,7 @@ def advance(
 ) -> Any:  # fmt: skip
     """The step.
 
-    Tuples come in and go out as `plain` ones, which a call looks at and makes in half the time of named ones.
+    Tuples come and go without their names, which halves what a call costs.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ def advance(
     W, own, U = np.empty((0, 0)), np.empty((0, 12)), np.empty((0, 0))
     shown = chain_kernels.DEFINITE
     while verdict == SETTLED:
-        # A about the present state and forces, a cautious one where the exact one is not definite; a chord keeps it
+        # A about the present state and forces, or a cautious one where that is not definite; it is kept to settle
         if not settling:
             for cautious in range(2):
                 if cautious:

@@ -95,8 +95,7 @@ class Planes(NamedTuple):
 
 
 class Scheme(NamedTuple):
-    """The factors of M and B in A, and of the rate of strain in the stress; stiffness with damping in it, (N − 1, 3);
-    the least force that counts [N]."""
+    """The factors of M and B in A, and of the rate of strain in the stress; damped stiffness; the least force [N]."""
 
     inertia: float
     damping: float
@@ -147,7 +146,7 @@ def _doubted(distance: Floats, bound: Floats) -> Ints:
 
 @njit(cache=True, error_model="numpy")
 def look(wall: Wall, device: Device, sight: Sight, at: Floats, chosen: Bools, reach: Floats) -> bool:
-    """`DeviceContact._look`; False where the nearest axis does not lead to a foot either."""
+    """`DeviceContact._look`; False where no start leads to a foot."""
     rows, anew = device_kernels.split(chosen, sight.followed)
     slack, far = 1e-9 * device.thick, 4.0 * device.thick
     if len(rows):

@@ -218,7 +218,7 @@ def _numbers(values: list[Any]) -> Numbers:
 
 
 def _along(numbers: Numbers, direction: list[float]) -> Numbers:
-    """A number times a vector."""
+    """A number times a vector, as a function of t."""
 
     def function(t: float) -> list[float]:
         (number,) = numbers(t)
@@ -228,7 +228,7 @@ def _along(numbers: Numbers, direction: list[float]) -> Numbers:
 
 
 def _function(values: list[Any]) -> Callable[[float], Floats]:
-    """The same as an array."""
+    """`_numbers` as an array."""
     if all(isinstance(value, int | float) for value in values):
         fixed = np.array(values, dtype=float)
         return lambda t: fixed

@@ -18,8 +18,8 @@ FUNCTIONS = (
 _BARE = {"__builtins__": {}, "x": 0.0, "y": 0.0, "z": 0.0, "pi": math.pi}
 _ARRAYS = _BARE | {name: getattr(np, name) for name in FUNCTIONS}
 # The same for plain numbers, in a tenth of the time
-_SCALARS = _BARE | {name: getattr(math, name.replace("arc", "a"), abs) for name in FUNCTIONS}
-_SCALARS["where"] = lambda condition, a, b: a if condition else b
+_OWN = {"abs": abs, "where": lambda condition, a, b: a if condition else b}
+_SCALARS = _BARE | _OWN | {name: getattr(math, name.replace("arc", "a")) for name in FUNCTIONS if name not in _OWN}
 
 
 class Expression:
@@ -45,7 +45,7 @@ class Expression:
                 + (f", not {', '.join(sorted(unknown))}" if unknown else "")
             )
         self.text = text
-        plain = not any(_is_numpys(node) for node in ast.walk(tree))
+        plain = not any(_needs_numpy(node) for node in ast.walk(tree))
         function = ast.parse("lambda t: 0", mode="eval")
         function.body.body = tree.body  # type: ignore[attr-defined]
         code = compile(function, "<expression>", "eval")
@@ -61,7 +61,7 @@ class Expression:
         if self._scalars is not self._arrays:
             try:
                 return float(self._scalars(float(t)))
-            except (ArithmeticError, ValueError):
+            except (ArithmeticError, TypeError, ValueError):
                 pass
         try:
             with np.errstate(all="ignore"):
@@ -81,8 +81,10 @@ class Expression:
         return np.broadcast_to(values, len(points)).astype(float)
 
 
-def _is_numpys(node: ast.AST) -> bool:
-    """Whether Python has another answer: to ~ of a truth value, and to a root of a negative number."""
+def _needs_numpy(node: ast.AST) -> bool:
+    """Whether Python may have another answer: to ~ and + of truth values, and to a root of a negative number."""
     if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow):
         return not (isinstance(node.right, ast.Constant) and isinstance(node.right.value, int))
+    if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add):
+        return all(any(isinstance(part, ast.Compare) for part in ast.walk(side)) for side in (node.left, node.right))
     return isinstance(node, ast.Invert)

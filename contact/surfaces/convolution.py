@@ -25,7 +25,8 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 
-# Steps of Newton's method from the last foot, which reach the next one soon or not at all, and from the wall in sight.
+# At most so many steps of Newton's method: from the last foot, which lead to the next one soon or not at all, and from
+# the wall in sight.
 FOLLOWED, SOUGHT = 12, 20
 
 
@@ -122,8 +123,8 @@ class ConvolutionSurface:
     def nearest(self, x: Floats, guess: Floats | None = None) -> Foot:
         """The foot of each point by Newton's method from `guess`; the distance is NaN where that fails.
 
-        Without a guess it goes on from the nearest axis then, and always ends. On an axis, where several walls are in
-        sight, it is the foot on one of them, not always the nearest.
+        Without a guess it starts from the wall in sight, goes on from elsewhere, and always ends. On an axis, where
+        several walls are in sight, it is the foot on one of them, not always the nearest.
         """
         x = np.ascontiguousarray(x)
         if guess is not None:

@@ -16,8 +16,8 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Terms = tuple[float, float, float, float, float, float, float, float, float, float]
 
-# Segments of a chain come in blocks of as many as a processor adds at once, and empty ones fill them up; of a block of
-# four, a processor that adds eight would add one after the other.
+# Segments of a chain come in blocks of as many as a processor adds at once, and empty ones fill them up. One that adds
+# eight would add a block of four one by one.
 BLOCK = 8
 COLUMNS = 10
 QUADRATURE = 1e-8

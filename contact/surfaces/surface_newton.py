@@ -31,8 +31,8 @@ def _step(
     """One step of Newton's method from y for the foot of x, where F and its derivatives are `terms`.
 
     Without side effects, and of no value where F ≤ 0. Returns the next y; the normal, Hessian of the distance and the
-    distance itself at the end of the step, taken on linearly from its start; and whether that is settled, and whether
-    on no foot but opposite the nearest wall.
+    distance itself at the end of the step, taken on linearly from its start; and whether that end is settled, and
+    whether it is no foot, but on the wall opposite the nearest.
     """
     F, g0, g1, g2, h0, h1, h2, h3, h4, h5 = terms
     longest = 0.5 * thin
@@ -153,20 +153,20 @@ def closest(net: Network, x: Floats, guess: Floats, sign: float, limit: int) -> 
             g, h1, h2 = read(S, 1, lane), read(S, 4, lane), read(S, 7, lane)
             terms = (S[lane], g[0], g[1], g[2], h1[0], h1[1], h1[2], h2[0], h2[1], h2[2])
             thin = S[np.uint64(10 * LANES) + lane]
-            end, n, C, d, settled, lost = _step(read(S, 11, lane), read(S, 14, lane), terms, thin, sign, False)
+            end, n, C, d, settled, opposite = _step(read(S, 11, lane), read(S, 14, lane), terms, thin, sign, False)
             write(S, 17, lane, end)
             write(S, 20, lane, n)
             write(S, 23, lane, (C[0], C[1], C[2]))
             write(S, 26, lane, (C[3], C[4], C[5]))
-            write(S, 29, lane, (d, 1.0 if settled else 0.0, 1.0 if lost else 0.0))
+            write(S, 29, lane, (d, 1.0 if settled else 0.0, 1.0 if opposite else 0.0))
         for lane in range(count):
-            i, end, (d, near, opposite) = first + lane, read(S, 17, lane), read(S, 29, lane)
+            i, end, (d, is_settled, is_opposite) = first + lane, read(S, 17, lane), read(S, 29, lane)
             if not S[lane] > 0.0:
                 continue
-            if near:
+            if is_settled:
                 C1, C2 = read(S, 23, lane), read(S, 26, lane)
                 C = (C1[0], C1[1], C1[2], C2[0], C2[1], C2[2])
-                if not opposite:
+                if not is_opposite:
                     _write_foot(i, end, read(S, 20, lane), C, d, distance, foot, normal, curvature)
                 continue
             y, point = end, (x[i, 0], x[i, 1], x[i, 2])
@@ -178,9 +178,9 @@ def closest(net: Network, x: Floats, guess: Floats, sign: float, limit: int) -> 
                 terms = evaluate(constants, cells, groups, slots, plates, balls, cell, y[0], y[1], y[2])
                 if terms[0] <= 0.0:
                     break
-                y, n, C, d, done, wrong = _step(point, y, terms, bounds[cell, 2], sign, iteration >= 20)
-                if done:
-                    if not wrong:
+                y, n, C, d, settled, opposite = _step(point, y, terms, bounds[cell, 2], sign, iteration >= 20)
+                if settled:
+                    if not opposite:
                         _write_foot(i, y, n, C, d, distance, foot, normal, curvature)
                     break
     return distance, foot, normal, curvature
@@ -228,7 +228,9 @@ def outward(net: Network, x: Floats) -> Floats:
         deepest = -np.inf
         first, last = (cells[place[3], 0], cells[place[3], 1]) if place[3] >= 0 else (0, 0)
         for g in range(first, last):
-            for n in range(groups[g, 1], groups[g, 2] if groups[g, 0] != TRIANGLE else 0):
+            if groups[g, 0] == TRIANGLE:
+                continue
+            for n in range(groups[g, 1], groups[g, 2]):
                 if groups[g, 0] == SEGMENT:
                     t0, t1, t2, length = slots[3, n], slots[4, n], slots[5, n], slots[6, n]
                     if length == 0.0:  # fills up a block
@@ -237,7 +239,7 @@ def outward(net: Network, x: Floats) -> Floats:
                     along = v0 * t0 + v1 * t1 + v2 * t2
                     s = min(max(along, 0.0), length)
                     v0, v1, v2, r = v0 - s * t0, v1 - s * t1, v2 - s * t2, slots[7, n] + s * slots[8, n]
-                    beyond = r if s != along else 0.0  # at the end of a chain its wall is on the axis
+                    beyond = r if s != along else 0.0  # where a chain ends, its wall comes to the axis
                 else:
                     beyond = 0.0
                     v0, v1, v2, r = x0 - balls[n, 0], x1 - balls[n, 1], x2 - balls[n, 2], balls[n, 3]

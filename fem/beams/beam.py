@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fem.beams import beam_kernels as kernels
 from fem.beams import frame_kernels, nodal_kernels
-from fem.beams.beam_element import BeamData
+from fem.beams.beam_element import BeamData, least_force
 from fem.beams.beam_parts import BeamInertia, BeamLoads, ChainSpace, Drive, Line, Motion, unheld
 from fem.beams.chain import matrix_of
 from fem.integrators import Integrator, Static
@@ -77,7 +77,7 @@ class Beam:
         self.size = float(np.ptp(x, axis=0).max())
         self._history = self.state()
         # x − x_n; as a difference of positions it would lose the digits of short steps.
-        self._motion = np.zeros_like(x)
+        self._increments = np.zeros_like(x)
         self._J = np.zeros_like(R)  # the spatial inertia of the nodes at the start of a step
         self._integrator: Integrator = Static()
         self._damped = data
@@ -120,7 +120,7 @@ class Beam:
     def restore(self, state: Sequence[Floats]) -> None:
         """Return to a `state`."""
         self.x, self.R, self.edges, self.v, self.w = state
-        self._motion = np.zeros_like(self.x)
+        self._increments = np.zeros_like(self.x)
         self._moved()
 
     def checkpoint(self) -> dict[str, Floats]:
@@ -131,7 +131,7 @@ class Beam:
         """Take up a `checkpoint`; ValueError where it is another beam's."""
         if saved.get("x", np.empty(0)).shape != self.x.shape:
             raise ValueError(f"resume: the record's body {self.name!r} has another number of nodes than the scene's")
-        self.restore([np.asarray(saved[key]) for key in Motion._fields])
+        self.restore(Motion(*(np.array(saved[key], dtype=float, order="C") for key in Motion._fields)))
 
     def coordinates(self) -> Floats:
         """The free increment, in which constraints are linear."""
@@ -165,7 +165,7 @@ class Beam:
         ValueError
             where a load or a prescribed motion is not finite.
         """
-        self._history, self._motion, self._integrator = self.state(), np.zeros_like(self.x), integrator
+        self._history, self._increments, self._integrator = self.state(), np.zeros_like(self.x), integrator
         d, stress = np.zeros((self.space.nodes, 6)), None
         if self.inertia is not None:
             d[:, :3], d[:, 3:] = self.v / integrator.damping, self.w / integrator.damping
@@ -208,8 +208,7 @@ class Beam:
         """
         inertia, data = self.inertia, self.data
         assert inertia is not None
-        self._J = nodal_kernels.spatial_inertia(self.R, inertia.rotary)
-        rate: float = inertia.rayleigh[1] * integrator.damping
+        self._J, rate = nodal_kernels.spatial_inertia(self.R, inertia.rotary), inertia.rayleigh[1] * integrator.damping
         stress, chord, twist = kernels.rest_in_motion(self.edges, self.R, data, rate)
         if rate:
             # b K v as a stress of the rate of strain: (1 + b/dt) C (γ − γ₀'), with γ₀' between γ₀ and γ_n.
@@ -217,7 +216,7 @@ class Beam:
         return stress
 
     def renew(self, cautious: bool = False) -> None:
-        """Let A be formed anew about the present configuration, with its own stress where one is `cautious`."""
+        """Let A be formed anew about the present configuration; where `cautious`, with the stress of that."""
         self._fresh = self._factorised = False
         if cautious:
             self._stress = None
@@ -280,7 +279,7 @@ class Beam:
 
     def _shift(self, d: Floats) -> None:
         self.x, self.R, self.edges = frame_kernels.update(self.x, self.R, self.edges, d)
-        self._motion = self._motion + d[:, :3]
+        self._increments = self._increments + d[:, :3]
         self._moved()
 
     def _moved(self) -> None:
@@ -291,7 +290,7 @@ class Beam:
     def accept(self) -> None:
         """The end of the step: velocities over it, v = (x − x_n)/dt and w = log(R R_nᵀ)/dt."""
         if self.inertia is not None:
-            self.v = self._integrator.damping * self._motion
+            self.v = self._integrator.damping * self._increments
             self.w = self._integrator.damping * frame_kernels.relative_rotations(self._history[1], self.R)
 
     def adopt(
@@ -318,7 +317,7 @@ class Beam:
         self._history, self._integrator, self.load, self._line = self.state(), integrator, load, None
         self.x, self.R, self.edges, self.v, self.w = motion
         self._moved()
-        self._motion, self._J, self._damped = increments, J, damped
+        self._increments, self._J, self._damped = increments, J, damped
         self.matrix.adopt(*matrix, shown)
 
     # --- forces ---------------------------------------------------------------------------------------------------
@@ -342,17 +341,10 @@ class Beam:
         inertia, scheme = self.inertia, self._integrator
         assert inertia is not None
         _, R_n, _, v_n, w_n = self._history
+        turned = frame_kernels.relative_rotations(R_n, self.R)
+        factor = scheme.inertia + inertia.rayleigh[0] * scheme.damping
         nodal_kernels.add_inertia_forces(
-            f,
-            self._motion,
-            frame_kernels.relative_rotations(R_n, self.R),
-            v_n,
-            w_n,
-            inertia.nodes,
-            inertia.links,
-            self._J,
-            scheme.inertia + inertia.rayleigh[0] * scheme.damping,
-            scheme.damping,
+            f, self._increments, turned, v_n, w_n, inertia.nodes, inertia.links, self._J, factor, scheme.damping
         )
 
     def residual(self) -> Floats:
@@ -400,8 +392,3 @@ class Beam:
 
     def __exit__(self, *error: object) -> None:
         self.close()
-
-
-def least_force(data: BeamData) -> float:
-    """The least force that an imbalance is measured by: 1e-8 of it is a strain of 1e-15, the round-off of strains."""
-    return 1e-7 * float((data.axial[:, 0] * data.length).max())

@@ -117,6 +117,11 @@ def strains(edges: Floats, R: Floats) -> tuple[Floats, Floats]:
     return _straightened(psi, np.einsum("mji,mj->mi", Rm, edges)), psi
 
 
+def least_force(data: BeamData) -> float:
+    """The least force that an imbalance is measured by: 1e-8 of it is a strain of 1e-15, the round-off of strains."""
+    return 1e-7 * float((data.axial[:, 0] * data.length).max())
+
+
 def energy(edges: Floats, R: Floats, data: BeamData) -> Floats:
     """U (m) [J]."""
     gamma, psi = strains(edges, R)

@@ -259,7 +259,7 @@ def assemble_blocks(edges: Floats, R: Floats, data: BeamData, stress: Floats) ->
 
     Parameters
     ----------
-    stress : to form it with: forces D₁(γ − γ₀) [N] and moments D₂(ψ − ψ₀) [N m] in the element's frame, (N − 1, 6)
+    stress : forces D₁(γ − γ₀) [N] and moments D₂(ψ − ψ₀) [N m] to form it with, in the element's frame, (N − 1, 6)
 
     Returns
     -------

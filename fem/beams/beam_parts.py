@@ -15,8 +15,6 @@ from fem.beams import nodal_kernels
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-NONE = np.zeros(3)
-
 
 class Motion(NamedTuple):
     """Where a beam is and how fast: nodes x (N, 3) [m], frames R (N, 3, 3), edges, v and w (N, 3) [m/s, rad/s]."""
@@ -62,8 +60,9 @@ class BeamLoads:
         Half of a line load is at each node; what the interpolation adds depends on the tangents there. `weights` are
         the masses (N) [kg] that gravity pulls.
         """
-        f: Floats = nodal_kernels.weight(weights, NONE if self.gravity is None else self.gravity(t))
-        line = None
+        f, line = np.zeros((len(weights), 6)), None
+        if self.gravity is not None:
+            f = nodal_kernels.weight(weights, self.gravity(t))
         if self.line is not None:
             line = self.line(t)
             half = length[:, None] / 2 * line

@@ -1,6 +1,7 @@
 """Products of 6 × 6 matrices, compiled, on arrays F of numbers in which a matrix is six rows of eight.
 
-The last two numbers of a row are padding, zero throughout: a row is as wide as the processor's vectors (`fem.lanes`).
+The last two numbers of a row are padding that no product mixes with the others: a row is as wide as the processor's
+vectors (`fem.lanes`).
 """
 
 from __future__ import annotations
@@ -96,14 +97,14 @@ def weighed(A: Square, p: Six) -> Square:
 
 
 @njit(cache=True, forceinline=True)
-def put(F: Floats, at: int, x: Six, step: int = 1) -> None:
+def put(F: Floats, at: int, x: Six) -> None:
     """Six numbers to `at` on."""
-    F[at], F[at + step], F[at + 2 * step], F[at + 3 * step], F[at + 4 * step], F[at + 5 * step] = x
+    F[at], F[at + 1], F[at + 2], F[at + 3], F[at + 4], F[at + 5] = x
 
 
 @njit(cache=True, forceinline=True)
 def load(F: Floats, at: int, blocks: Floats, i: int) -> None:
-    """The matrix blocks[i] of (n, 6, 6) to `at` on."""
+    """The matrix blocks[i] of (n, 6, 6) to `at` on; padding stays as it is."""
     for a in range(6):
         for b in range(6):
             F[at + LANES * a + b] = blocks[i, a, b]
@@ -127,16 +128,10 @@ def transpose(F: Floats, at: int, G: Floats, to: int) -> None:
 
 
 @njit(cache=True, fastmath={"contract"}, forceinline=True)
-def _product(A: Square, F: Floats, right: int, k: int) -> Six:
-    """Column k of A F[right]."""
-    return times(A, column(F, right, k))
-
-
-@njit(cache=True, fastmath={"contract"}, forceinline=True)
 def product(f: float, A: Square, F: Floats, right: int, out: int) -> None:
     """F[out] ← f A F[right]."""
     for k in range(ALL):
-        x, o = _product(A, F, right, k), np.uint64(out) + k
+        x, o = times(A, column(F, right, k)), np.uint64(out) + k
         F[o] = f * x[0]
         F[o + ONE] = f * x[1]
         F[o + TWO] = f * x[2]
@@ -149,7 +144,7 @@ def product(f: float, A: Square, F: Floats, right: int, out: int) -> None:
 def add_product(f: float, A: Square, F: Floats, right: int, out: int) -> None:
     """F[out] ← F[out] + f A F[right]."""
     for k in range(ALL):
-        x, o = _product(A, F, right, k), np.uint64(out) + k
+        x, o = times(A, column(F, right, k)), np.uint64(out) + k
         F[o] += f * x[0]
         F[o + ONE] += f * x[1]
         F[o + TWO] += f * x[2]

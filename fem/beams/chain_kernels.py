@@ -160,18 +160,16 @@ def factor(diagonal: Floats, upper: Floats, F: Floats) -> int:
             verdict = INDEFINITE
             if not _by_pivots(work, S, X):
                 return i
-        pivots = row(work, P)
-        transposed = weighed(columns(work, L), pivots)
         if definite:
-            product(1.0, transposed, work, L, X)
+            product(1.0, weighed(columns(work, L), row(work, P)), work, L, X)
         copy(work, X, F, NODE * i)
         if i == last:
             break
         load(work, S, diagonal, i + 1)
         if definite:
             product(1.0, rows(work, L), work, E, Y)
-            product(1.0, transposed, work, Y, U)
-            add_product(-1.0, weighed(columns(work, Y), pivots), work, Y, S)
+            product(1.0, weighed(columns(work, L), row(work, P)), work, Y, U)
+            add_product(-1.0, weighed(columns(work, Y), row(work, P)), work, Y, S)
         else:
             product(1.0, rows(work, X), work, E, U)
             add_product(-1.0, columns(work, E), work, U, S)
@@ -231,10 +229,10 @@ def rising(numbers: Ints) -> bool:
 
 @njit(cache=True, fastmath={"reassoc", "contract"}, forceinline=True)
 def _combined(
-    f0: float, f1: float, f2: float, f3: float, f4: float, f5: float, rows: Floats, n: int, result: Floats
+    f0: float, f1: float, f2: float, f3: float, f4: float, f5: float, six_rows: Floats, n: int, result: Floats
 ) -> None:
     """The first n entries of a sum of six rows."""
-    a, b, c, d, e, f = rows[0], rows[1], rows[2], rows[3], rows[4], rows[5]
+    a, b, c, d, e, f = six_rows[0], six_rows[1], six_rows[2], six_rows[3], six_rows[4], six_rows[5]
     for j in range(n):
         result[j] = f0 * a[j] + f1 * b[j] + f2 * c[j] + f3 * d[j] + f4 * e[j] + f5 * f[j]
 

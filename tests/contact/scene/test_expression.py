@@ -39,6 +39,8 @@ def test_values(text: str, values: list[float]) -> None:
         "abs(t - 2)**2 + arcsin(t/10) + sinh(t)",
         "where(~(t < 1), 1.0, 2.0)",
         "(t > 1) * 3 + x + y*z",
+        "0.1 * ((t > 1) + (t > 2))",
+        "0.1 * (t > 1) + 0.1 * (t > 2)",
         "(t - 1)**0.5",
         "abs((t - 1)**0.5)",
         "where(t < 1, 0.0, 1/(t - 1))",

@@ -13,15 +13,16 @@ from fem.beams.beam_element import forces, stiffness, strains
 from meshes.centrelines import helix
 
 
+@pytest.mark.parametrize("elements", [1, 8, 19])
 @pytest.mark.parametrize("angle", [0.0, 1e-6, 0.3, 0.49, 0.51, 1.5, 2.8])
-def test_assembly_is_the_oracle(angle):
+def test_assembly_is_the_oracle(angle, elements):
     """Forces and blocks are the sums of the elements' forces and matrices, to 1e-12."""
-    edges, R, data = random_chain(7, angle, seed=2)
+    edges, R, data = random_chain(elements, angle, seed=2)
     f, K = scatter(forces(edges, R, data), stiffness(edges, R, data))
     stress, _, _ = kernels.rest_in_motion(edges, R, data, 0.0)
     diagonal, upper = kernels.assemble_blocks(edges, R, data, stress)
-    blocks = K.reshape(8, 6, 8, 6).transpose(0, 2, 1, 3)
-    i = np.arange(8)
+    blocks = K.reshape(elements + 1, 6, elements + 1, 6).transpose(0, 2, 1, 3)
+    i = np.arange(elements + 1)
     np.testing.assert_allclose(diagonal, blocks[i, i], atol=1e-12)
     np.testing.assert_allclose(upper, blocks[i[:-1], i[1:]], atol=1e-12)
     np.testing.assert_allclose(kernels.assemble_forces(edges, R, data).ravel(), f, atol=1e-12)
@@ -31,7 +32,7 @@ def test_assembly_is_the_oracle(angle):
 
 def test_rest_in_motion():
     """The stress, and the rest shape between its own and the present one."""
-    edges, R, data = random_chain(7, 0.8, seed=4)
+    edges, R, data = random_chain(13, 0.8, seed=4)
     gamma, psi = strains(edges, R)
     stress, chord, twist = kernels.rest_in_motion(edges, R, data, 3.0)
     expected = np.hstack([data.axial * (gamma - data.chord), data.bending * (psi - data.twist)])
@@ -43,8 +44,8 @@ def test_rest_in_motion():
 @pytest.mark.parametrize("angle", [0.0, 0.3, 0.49, 0.51, 1.5, 2.8])
 def test_extrapolated_stress_is_linear(angle):
     """What the stress of a motion by ε d, less that without, tends to over ε: by central differences."""
-    edges, R, data = random_chain(7, angle, seed=3)
-    x, d = np.vstack([np.zeros(3), np.cumsum(edges, axis=0)]), np.random.default_rng(4).normal(size=(8, 6))
+    edges, R, data = random_chain(17, angle, seed=3)
+    x, d = np.vstack([np.zeros(3), np.cumsum(edges, axis=0)]), np.random.default_rng(4).normal(size=(18, 6))
 
     def stress(part):
         _, turned, moved = frame_kernels.update(x, R, edges, part * d)
@@ -65,7 +66,7 @@ def test_a_half_turn_is_no_number():
 
 def test_update_composes():
     rng = np.random.default_rng(0)
-    x, R, d = rng.normal(size=(9, 3)), rotations.exp(rng.normal(size=(9, 3))), rng.normal(size=(9, 6))
+    x, R, d = rng.normal(size=(19, 3)), rotations.exp(rng.normal(size=(19, 3))), rng.normal(size=(19, 6))
     d[0] = 0.0
     x_new, R_new, edges = frame_kernels.update(x, R, np.diff(x, axis=0), d)
     np.testing.assert_array_equal(x_new, x + d[:, :3])
