@@ -1,6 +1,6 @@
 """Steps of one device in one rigid vessel by one compiled call each: `step_kernel.advance`, for Python.
 
-Compiling it takes forty seconds, once an installation; a step then takes about half as long. Scenes ask for it by
+Compiling it takes forty seconds, once an installation; a step then takes two fifths of the time. Scenes ask for it by
 `compiled = true` under `[solver]`.
 """
 
